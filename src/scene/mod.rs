@@ -1,0 +1,184 @@
+//! Scenes: glTF in, triangles in clusters out. Positions are kept relative to [`Scene::origin`] so that single
+//! precision suffices far from the world's origin.
+
+mod builtin;
+mod clusters;
+mod gltf;
+mod pose;
+
+use bytemuck::{Pod, Zeroable};
+use glam::DVec3;
+use std::path::Path;
+
+/// Most triangles a cluster may hold.
+pub const CLUSTER_TRIANGLES: usize = 128;
+/// Marks "no texture" in [`Material::texel_offset`].
+pub const NO_TEXTURE: u32 = u32::MAX;
+
+/// Per-vertex data that only alpha tests and shading need; parallel to [`Scene::positions`].
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Attributes {
+    /// Texture coordinate of the base colour (the set the material names), before the texture transform.
+    pub uv: [f32; 2],
+    /// Vertex colour, linear RGBA, 8 bits each, R in the lowest byte; white where the file has none.
+    pub color: u32,
+}
+
+/// At most [`CLUSTER_TRIANGLES`] neighbouring triangles of one mesh with their bounds in mesh space.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Cluster {
+    /// Centre of the axis-aligned bounds, mesh space.
+    pub center: [f32; 3],
+    /// First entry in [`Scene::indices`].
+    pub first_index: u32,
+    /// Half the size of the bounds, mesh space.
+    pub extent: [f32; 3],
+    /// Number of triangles, 1 to [`CLUSTER_TRIANGLES`].
+    pub triangle_count: u32,
+}
+
+/// One glTF primitive: a run of clusters with one material, drawn by a run of instances.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Mesh {
+    /// First entry in [`Scene::indices`]; the clusters' index ranges tile the mesh's range in order.
+    pub first_index: u32,
+    /// Number of indices, three a triangle.
+    pub index_count: u32,
+    /// First entry in [`Scene::clusters`].
+    pub first_cluster: u32,
+    /// Number of clusters.
+    pub cluster_count: u32,
+    /// Entry in [`Scene::materials`].
+    pub material: u32,
+    /// First entry in [`Scene::instances`].
+    pub first_instance: u32,
+    /// Number of instances, at least 1.
+    pub instance_count: u32,
+    /// Whether the mesh casts shadows (false only for BLEND materials when [`LoadOptions::blend_casts`] is off).
+    pub casts: bool,
+    /// Whether triangles must be tested against alpha: false when no point of the mesh is cut away.
+    pub alpha_tested: bool,
+}
+
+/// One placement of a mesh.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Instance {
+    /// Rows of the affine 3x4 matrix from mesh space to world space relative to [`Scene::origin`].
+    pub rows: [[f32; 4]; 3],
+    /// Entry in [`Scene::materials`].
+    pub material: u32,
+    /// Entry in [`Scene::meshes`].
+    pub mesh: u32,
+    /// Zero.
+    pub pad: [u32; 2],
+}
+
+/// Base colour and alpha of a surface.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Material {
+    /// Linear RGBA factor.
+    pub base_color: [f32; 4],
+    /// First row of the texture transform: u' = x*u + y*v + z.
+    pub uv_row0: [f32; 4],
+    /// Second row: v' = x*u + y*v + z.
+    pub uv_row1: [f32; 4],
+    /// First texel in [`Scene::texels`], or [`NO_TEXTURE`].
+    pub texel_offset: u32,
+    /// Texture width in texels.
+    pub width: u32,
+    /// Texture height in texels.
+    pub height: u32,
+    /// Wrap modes: bits 0-1 for u, bits 2-3 for v; 0 repeat, 1 mirrored repeat, 2 clamp to edge.
+    pub wrap: u32,
+    /// A point is cut away where alpha < cutoff; 0 for opaque materials, 0.5 for BLEND.
+    pub alpha_cutoff: f32,
+    /// Zero.
+    pub pad: [u32; 3],
+}
+
+/// A scene in one pose, ready for upload and for ray tracing.
+#[derive(Debug, Clone, Default)]
+pub struct Scene {
+    /// File stem, or `builtin`.
+    pub name: String,
+    /// World position of the local zero: the centre of the world bounds.
+    pub origin: DVec3,
+    /// Vertex positions in mesh space.
+    pub positions: Vec<[f32; 3]>,
+    /// Parallel to `positions`.
+    pub attributes: Vec<Attributes>,
+    /// Absolute indices into `positions`, three a triangle.
+    pub indices: Vec<u32>,
+    /// All clusters, grouped by mesh.
+    pub clusters: Vec<Cluster>,
+    /// All primitives.
+    pub meshes: Vec<Mesh>,
+    /// All placements, grouped by mesh.
+    pub instances: Vec<Instance>,
+    /// At least one.
+    pub materials: Vec<Material>,
+    /// All base-colour textures, RGBA8 as stored in the file (colour sRGB, alpha linear), R in the lowest byte.
+    pub texels: Vec<u32>,
+    /// Lower corner of the world bounds of all instances.
+    pub bounds_min: DVec3,
+    /// Upper corner.
+    pub bounds_max: DVec3,
+    /// Things that were skipped, one sentence each.
+    pub warnings: Vec<String>,
+}
+
+impl Scene {
+    /// Length of the diagonal of the world bounds.
+    pub fn diagonal(&self) -> f64 {
+        (self.bounds_max - self.bounds_min).length()
+    }
+
+    /// Triangles stored once each.
+    pub fn unique_triangles(&self) -> u64 {
+        self.indices.len() as u64 / 3
+    }
+
+    /// Triangles counted once for each instance.
+    pub fn drawn_triangles(&self) -> u64 {
+        self.meshes.iter().map(|m| u64::from(m.index_count / 3) * u64::from(m.instance_count)).sum()
+    }
+}
+
+/// How a glTF file is turned into a [`Scene`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoadOptions {
+    /// Time in seconds at which the animations are posed.
+    pub time_s: f64,
+    /// Whether BLEND materials cast shadows (with cutoff 0.5).
+    pub blend_casts: bool,
+}
+
+impl Default for LoadOptions {
+    fn default() -> Self {
+        Self { time_s: 0.0, blend_casts: true }
+    }
+}
+
+/// A scene file that cannot be used.
+#[derive(Debug, Clone, thiserror::Error)]
+#[error("{path}: {what}")]
+pub struct SceneError {
+    /// The file as it was named.
+    pub path: String,
+    /// The cause in one clause, with the offending value and what is allowed.
+    pub what: String,
+}
+
+/// Loads a `.gltf` or `.glb` file.
+pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
+    gltf::load(path, options)
+}
+
+/// The built-in scene.
+pub fn builtin() -> Scene {
+    builtin::scene()
+}
