@@ -1,20 +1,147 @@
 //! The methods of the literature behind one trait, on the same scene, camera, timers and reference.
 
-use std::fmt;
+mod raytraced;
+mod rmsm;
+mod spec;
+mod uniform;
 
-/// A method as the user typed it: `name` or `name:key=value,key=value`.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct MethodSpec {
-    /// Exactly as typed.
-    pub text: String,
-    /// The part before the colon.
-    pub name: String,
-    /// Keys and values in the order typed.
-    pub parameters: Vec<(String, String)>,
+pub use spec::MethodSpec;
+
+use crate::Light;
+use crate::lab::{Lab, LabError};
+
+/// One key of a method.
+#[derive(Debug, Clone, Copy)]
+pub struct Parameter {
+    /// The key as typed before `=`.
+    pub key: &'static str,
+    /// The value used when the key is not given.
+    pub default: &'static str,
+    /// What is allowed, in one phrase.
+    pub allowed: &'static str,
+    /// What it does, with its unit.
+    pub meaning: &'static str,
 }
 
-impl fmt::Display for MethodSpec {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.text)
+/// What a method is and which keys it takes.
+#[derive(Debug, Clone, Copy)]
+pub struct MethodInfo {
+    /// Name as typed.
+    pub name: &'static str,
+    /// Where it comes from: paper and section.
+    pub source: &'static str,
+    /// One sentence.
+    pub summary: &'static str,
+    /// Its keys.
+    pub parameters: &'static [Parameter],
+}
+
+/// Times of one frame in milliseconds.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct FrameTimes {
+    /// GPU time of the depth prepass (shared by all methods, not part of `ms`).
+    pub prepass_ms: f64,
+    /// From after the depth prepass to the end of the lookup.
+    pub ms: f64,
+    /// Wall time of submit and fence of the same work; a check on `ms`.
+    pub wall_ms: f64,
+    /// Stages in order; they add up to `ms` but for rounding.
+    pub stages: Vec<(&'static str, f64)>,
+}
+
+/// Pages of one level.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct LevelStatistics {
+    /// Level; 0 is the finest.
+    pub level: u32,
+    /// Distinct pages the samples asked for at the finest level bias.
+    pub requested: u32,
+    /// Pages drawn and resident.
+    pub resident: u32,
+    /// Requested pages served by a page coarser than one texel a pixel (level bias 0) or, with a positive bias, coarser than asked.
+    pub refused: u32,
+}
+
+/// What the last frame did.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Statistics {
+    /// Side of the conventional map that would have the finest resident texel over the same extent.
+    pub effective_resolution: f64,
+    /// Per level, finest first; empty for methods without pages.
+    pub levels: Vec<LevelStatistics>,
+    /// Named counters, such as `pairs` or `triangles`.
+    pub counters: Vec<(&'static str, u64)>,
+}
+
+/// A false-colour picture of an inner state: name, width, height, RGB8.
+#[derive(Debug, Clone)]
+pub struct DebugPicture {
+    /// File stem.
+    pub name: &'static str,
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Three bytes a pixel, row 0 at the top.
+    pub rgb: Vec<u8>,
+}
+
+/// A way to compute visibility for every pixel of a [`Lab`]'s view.
+pub trait Method {
+    /// Runs one complete frame, prepass included, and waits for it.
+    fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError>;
+    /// Visibility of the last frame: one value a pixel, 1 lit, 0 shadowed, 1 where there is no surface, 0 where n.l <= 0.
+    fn visibility(&mut self, lab: &Lab) -> Result<Vec<f32>, LabError>;
+    /// Device memory by purpose, in bytes.
+    fn memory(&self) -> Vec<(&'static str, u64)>;
+    /// Counters of the last frame.
+    fn statistics(&mut self, lab: &Lab) -> Result<Statistics, LabError>;
+    /// Pictures of the inner state after the last frame; empty for methods without any.
+    fn debug_pictures(&mut self, _lab: &Lab) -> Result<Vec<DebugPicture>, LabError> {
+        Ok(Vec::new())
+    }
+}
+
+/// All methods; the first is the default.
+pub static METHODS: &[MethodInfo] = &[rmsm::INFO, uniform::INFO, raytraced::INFO];
+
+/// Checks name, keys and values without a device.
+///
+/// # Errors
+/// [`LabError::Usage`] with the name, key or value and what is allowed.
+pub fn check(spec: &MethodSpec) -> Result<(), LabError> {
+    match spec.name.as_str() {
+        "rmsm" => rmsm::config(spec, [1, 1]).map(|_| ()),
+        "uniform" => uniform::check(spec),
+        "raytraced" => spec.known(raytraced::INFO.parameters),
+        name => {
+            let names: Vec<_> = METHODS.iter().map(|m| m.name).collect();
+            Err(LabError::Usage(format!("method '{name}' does not exist, allowed is {}", names.join(", "))))
+        }
+    }
+}
+
+/// Makes a method for a lab.
+///
+/// # Errors
+/// As [`check`]; [`LabError::Refused`] for a light the method cannot serve; [`LabError::Engine`] as the device reports.
+pub fn create(spec: &MethodSpec, lab: &Lab) -> Result<Box<dyn Method>, LabError> {
+    check(spec)?;
+    Ok(match spec.name.as_str() {
+        "uniform" => Box::new(uniform::Uniform::new(spec, lab)?),
+        "raytraced" => Box::new(raytraced::Raytraced::new(spec, lab)?),
+        _ => Box::new(rmsm::Rmsm::new(spec, lab)?),
+    })
+}
+
+/// Hard-shadow methods serve one directional light without extent.
+fn hard_directional(spec: &MethodSpec, lab: &Lab) -> Result<(), LabError> {
+    match &lab.view().lights[0] {
+        light if light.has_extent() => Err(LabError::Refused(format!(
+            "method '{}' makes hard shadows and the light has an extent; allowed is a directional light with angular_diameter_deg 0",
+            spec.name
+        ))),
+        Light::Directional { .. } => Ok(()),
+        _ => Err(LabError::Refused(format!("method '{}' serves directional lights only", spec.name))),
     }
 }

@@ -1,10 +1,17 @@
 //! Scenes: glTF in, triangles in clusters out. Positions are kept relative to [`Scene::origin`] so that single
 //! precision suffices far from the world's origin.
 
+mod accessor;
+mod assemble;
 mod builtin;
 mod clusters;
+mod file;
 mod gltf;
+mod images;
+mod materials;
+mod nodes;
 mod pose;
+mod primitive;
 
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
@@ -151,7 +158,8 @@ impl Scene {
 /// How a glTF file is turned into a [`Scene`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadOptions {
-    /// Time in seconds at which the animations are posed.
+    /// Time in seconds at which the file's first animation is posed, also at 0. Times outside 0 to the animation's
+    /// duration wrap around. Without animations the scene stands as stored.
     pub time_s: f64,
     /// Whether BLEND materials cast shadows (with cutoff 0.5).
     pub blend_casts: bool,
@@ -173,7 +181,16 @@ pub struct SceneError {
     pub what: String,
 }
 
-/// Loads a `.gltf` or `.glb` file.
+/// Loads a `.gltf` or `.glb` file, glTF 2.0, with its external or embedded buffers and PNG or JPEG images.
+///
+/// Shown are the triangles of the default scene: placed by their nodes, or posed on the CPU where a skin or morph
+/// targets move them. Primitives whose alpha is below the cutoff everywhere, points, lines, triangles of zero area
+/// and instances of scale 0 are left out, each with a sentence in [`Scene::warnings`]. Normals are not read.
+///
+/// # Errors
+/// The file, a buffer or an image cannot be read; the file is cut off or malformed; it requires an extension that is
+/// not supported; an index, a range or a position is invalid; nodes form a cycle; nothing is left to show; textures
+/// with tested alpha exceed 120 MiB; `time_s` is not finite.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
     gltf::load(path, options)
 }

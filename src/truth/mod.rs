@@ -1,5 +1,36 @@
 //! The ray-traced reference and the error metrics.
 
+#![forbid(unsafe_code)]
+
+mod alpha;
+mod bvh;
+mod metrics;
+mod reference;
+mod soft;
+mod trace;
+
+pub use alpha::alpha_at;
+pub use metrics::{Metrics, PixelClass, classify, compare, rmse};
+pub use reference::{DECIDED_N_DOT_L, Reference, reference, trace_visibility};
+pub use soft::{SOFT_SAMPLES, reference_soft};
+pub use trace::Tracer;
+
+pub(crate) use reference::to_light;
+
+/// An input that the reference or a metric cannot use.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{what}")]
+pub struct TruthError {
+    /// The cause in one clause, with the offending value and what is allowed.
+    pub what: String,
+}
+
+impl TruthError {
+    fn new(what: impl Into<String>) -> Self {
+        Self { what: what.into() }
+    }
+}
+
 /// What the camera sees, one entry a pixel, row 0 at the top.
 #[derive(Debug, Clone, Default)]
 pub struct GBuffer {
@@ -15,4 +46,26 @@ pub struct GBuffer {
     pub albedo: Vec<u32>,
     /// Whether there is a surface.
     pub hit: Vec<bool>,
+}
+
+impl GBuffer {
+    /// Number of pixels; an error if a list has another length or there is no pixel.
+    fn checked_len(&self) -> Result<usize, TruthError> {
+        let want = self.width as usize * self.height as usize;
+        if want == 0 {
+            return Err(TruthError::new(format!(
+                "the G-buffer is {}x{} pixels, at least 1x1 is needed",
+                self.width, self.height
+            )));
+        }
+        for (name, len) in [("position", self.position.len()), ("normal", self.normal.len()), ("hit", self.hit.len())] {
+            if len != want {
+                return Err(TruthError::new(format!(
+                    "G-buffer {name} has {len} entries, {}x{} pixels need {want}",
+                    self.width, self.height
+                )));
+            }
+        }
+        Ok(want)
+    }
 }

@@ -1,0 +1,18 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_ARB_shader_viewport_layer_array : require
+#include "shared/frame.glsl"
+#include "shared/structs.glsl"
+#include "shared/tile_vertex.glsl"
+
+layout(location = 1) in vec2 uv;
+layout(location = 2) in vec4 color;
+layout(location = 0) out vec2 frag_uv;
+layout(location = 1) out vec4 frag_color;
+layout(location = 2) flat out uint material;
+
+void main() {
+    frag_uv = uv;
+    frag_color = color;
+    material = place_vertex();
+}

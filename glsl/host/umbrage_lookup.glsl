@@ -1,0 +1,45 @@
+// Visibility of a point towards the light through the page table and the atlas.
+// Needs `frame`, `table_keys`, `entries`, `atlas` (sampler2DArray) and the constants TABLE_SIZE and GUTTER.
+
+// The entry that serves a level-0 page at a level: its own, or that of the nearest ancestor in the table; 0 if none.
+uint umbrage_entry(ivec2 page, int level) {
+    for (; level <= ROOT_LEVEL; level++) {
+        uint slot = table_find(key_of(level, uvec2(page) >> level));
+        if (slot != NONE) {
+            return entries[slot];
+        }
+    }
+    return 0u;
+}
+
+// 1 lit, 0 shadowed. `from_eye`: position relative to the eye; `n`: geometric normal towards the eye;
+// `dx`, `dy`: derivatives of the position per pixel on the receiver's plane. World space.
+float umbrage_visibility(vec3 from_eye, vec3 n, vec3 dx, vec3 dy) {
+    vec3 normal = vec3(dot(frame.light_x.xyz, n), dot(frame.light_y.xyz, n), dot(frame.light_z.xyz, n));
+    if (normal.z >= 0.0) {
+        return 0.0;
+    }
+    ivec2 page;
+    vec2 inside;
+    light_page(frame, from_eye, page, inside);
+    if (!on_grid(page)) {
+        return 1.0;
+    }
+    vec2 ls_dx, ls_dy;
+    light_derivatives(frame, dx, dy, ls_dx, ls_dy);
+    uint entry = umbrage_entry(page, footprint_level(frame, ls_dx, ls_dy));
+    if (entry == 0u) {
+        return 1.0;
+    }
+    int level = int(entry >> 16) & 15;
+    vec2 in_page = (vec2(page - ((page >> level) << level)) + inside) * exp2(-float(level));
+    vec2 texel = in_page * frame.rule.w + float(GUTTER);
+    float texel_size = frame.page.x * exp2(float(level)) / frame.rule.w;
+    // depth of the receiver's plane at the texel's centre, so that a plane never shadows itself (book, 5.1.4)
+    vec2 slope = clamp(-normal.xy / normal.z, -200.0, 200.0);
+    vec2 to_centre = (floor(texel) + 0.5 - texel) * texel_size;
+    float depth = frame.light_z.w + dot(frame.light_z.xyz, from_eye) + dot(slope, to_centre);
+    float bias = frame.rule.y * texel_size + frame.rule.z;
+    float caster = texelFetch(atlas, ivec3(texel, entry & 0xffffu), 0).r;
+    return (depth - bias) * frame.page.z <= caster ? 1.0 : 0.0;
+}

@@ -1,0 +1,7 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "shared/structs.glsl"
+
+#define MATERIALS_BINDING 3
+#define TEXELS_BINDING 4
+#include "shared/masked_fragment.glsl"

@@ -1,0 +1,18 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "shared/frame.glsl"
+#include "shared/structs.glsl"
+#include "methods/fit.glsl"
+#include "methods/uniform_vertex.glsl"
+
+layout(location = 1) in vec2 uv;
+layout(location = 2) in vec4 color;
+layout(location = 0) out vec2 frag_uv;
+layout(location = 1) out vec4 frag_color;
+layout(location = 2) flat out uint material;
+
+void main() {
+    frag_uv = uv;
+    frag_color = color;
+    material = place_vertex();
+}

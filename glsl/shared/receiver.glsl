@@ -1,0 +1,41 @@
+// Receivers: what the prepass and the gradient pass left for a pixel.
+
+vec3 pixel_ray(Frame frame, uvec2 pixel) {
+    vec2 centre = vec2(pixel) + 0.5;
+    return frame.ray_corner.xyz + centre.x * frame.ray_dx.xyz + centre.y * frame.ray_dy.xyz;
+}
+
+// Distance along the view direction from a reversed depth value.
+float linear_depth(Frame frame, float depth) {
+    float near = frame.ray_corner.w;
+    float far = frame.ray_dx.w;
+    return near * far / (near + depth * (far - near));
+}
+
+// Octahedral encoding of unit vectors in two 16-bit signed fractions.
+uint encode_normal(vec3 n) {
+    vec2 p = n.xy / (abs(n.x) + abs(n.y) + abs(n.z));
+    if (n.z < 0.0) {
+        p = (1.0 - abs(p.yx)) * vec2(p.x >= 0.0 ? 1.0 : -1.0, p.y >= 0.0 ? 1.0 : -1.0);
+    }
+    return packSnorm2x16(p);
+}
+
+vec3 decode_normal(uint word) {
+    vec2 p = unpackSnorm2x16(word);
+    vec3 n = vec3(p, 1.0 - abs(p.x) - abs(p.y));
+    if (n.z < 0.0) {
+        n.xy = (1.0 - abs(n.yx)) * vec2(n.x >= 0.0 ? 1.0 : -1.0, n.y >= 0.0 ? 1.0 : -1.0);
+    }
+    return normalize(n);
+}
+
+// World-space derivatives of the receiver's plane per pixel, from the packed receiver.
+void decode_derivatives(Frame frame, uvec4 receiver, float depth, out vec3 dx, out vec3 dy) {
+    vec2 a = unpackHalf2x16(receiver.y);
+    vec2 b = unpackHalf2x16(receiver.z);
+    vec2 c = unpackHalf2x16(receiver.w);
+    float unit = depth * frame.ray_dy.w;
+    dx = unit * vec3(a, b.x);
+    dy = unit * vec3(b.y, c);
+}

@@ -1,0 +1,27 @@
+// The page table: an open-addressing hash table of page keys. Needs `table_keys` (uint array, 0 = empty) and TABLE_SIZE.
+
+const uint NONE = 0xffffffffu;
+
+uint table_slot(uint key) {
+    key ^= key >> 16;
+    key *= 0x7feb352du;
+    key ^= key >> 15;
+    key *= 0x846ca68bu;
+    key ^= key >> 16;
+    return key & (TABLE_SIZE - 1u);
+}
+
+uint table_find(uint key) {
+    uint slot = table_slot(key);
+    for (uint i = 0u; i < TABLE_SIZE; i++) {
+        uint stored = table_keys[slot];
+        if (stored == key) {
+            return slot;
+        }
+        if (stored == 0u) {
+            return NONE;
+        }
+        slot = (slot + 1u) & (TABLE_SIZE - 1u);
+    }
+    return NONE;
+}

@@ -1,0 +1,92 @@
+//! `umbrage compare`: several methods by turns on one view.
+
+use super::args::CompareArgs;
+use super::failure::Failure;
+use super::folder::Folder;
+use super::measure;
+use super::pictures;
+use super::print;
+use super::progress::Progress;
+use super::report::{Comparison, Errors, Row, write_json};
+use super::setup;
+use umbrage::lab::Lab;
+use umbrage::methods;
+use umbrage::output::{Picture, side_by_side, write_png};
+use umbrage::truth;
+
+const HEADER: [&str; 8] = ["method", "ms", "ratio", "MiB", "mismatch %", "edge_error %", "off_edge %", "lost %"];
+
+/// Runs, compares and writes the results.
+pub fn run(args: &CompareArgs) -> Result<(), Failure> {
+    let common = &args.common;
+    let specs = &args.methods.0;
+    let folder = Folder::open(&common.out)?;
+    let progress = Progress::new(common.quiet);
+    let lab = setup::open(common, &progress)?;
+    let mut methods = specs.iter().map(|spec| methods::create(spec, &lab)).collect::<Result<Vec<_>, _>>()?;
+    let bar = progress.bar("running the methods");
+    let timings = measure::by_turns(&lab, &mut methods, args.rounds, |share| bar.at(share))?;
+    drop(bar);
+
+    let reference = setup::reference(&lab, &progress)?;
+    let gbuffer = lab.gbuffer()?;
+    let mut rows: Vec<Row> = Vec::new();
+    let mut images: Vec<(&str, Picture)> = Vec::new();
+    let mut differences: Vec<(&str, Picture)> = Vec::new();
+    for ((spec, method), timings) in specs.iter().zip(&mut methods).zip(&timings) {
+        let visibility = method.visibility(&lab)?;
+        let errors = Errors::from(truth::compare(&visibility, &reference)?);
+        let mut row = Row::new(&spec.text, timings, &method.memory(), errors);
+        row.ratio = row.ms.median / rows.first().unwrap_or(&row).ms.median;
+        rows.push(row);
+        images.push((&spec.text, pictures::shaded(&lab, &gbuffer, &visibility)?));
+        differences
+            .push(("difference from ray tracing", pictures::difference(&lab, &gbuffer, &visibility, &reference)?));
+    }
+    let tiles: Vec<_> = images.iter().chain(&differences).map(|(label, picture)| (*label, picture)).collect();
+    setup::validated(&lab)?;
+    let side_by_side = side_by_side(&tiles, specs.len());
+    let scene = common.scene.to_string_lossy();
+    let comparison =
+        Comparison { device: lab.device_name(), driver: lab.driver(), scene: &scene, view: lab.view(), rows };
+
+    folder.fill(|at| {
+        write_png(&at.join("comparison.png"), &side_by_side)?;
+        write_json(&at.join("view.json"), lab.view())?;
+        write_json(&at.join("compare.json"), &comparison)
+    })?;
+    if !common.quiet {
+        print::out(&table(&comparison.rows));
+        print::out(&footer(&lab, args.rounds));
+        print::out(&format!("results are in {}\n", common.out.display()));
+    }
+    Ok(())
+}
+
+fn table(rows: &[Row]) -> String {
+    let cells = |row: &Row| {
+        let e = &row.errors;
+        vec![
+            row.method.to_owned(),
+            format!("{:.2}", row.ms.median),
+            format!("{:.2}", row.ratio),
+            format!("{:.1}", print::mib(row.bytes)),
+            format!("{:.4}", e.mismatch),
+            format!("{:.2}", e.edge_error),
+            format!("{:.4}", e.off_edge),
+            format!("{:.4}", e.lost),
+        ]
+    };
+    let header = HEADER.map(str::to_owned).to_vec();
+    print::table(&std::iter::once(header).chain(rows.iter().map(cells)).collect::<Vec<_>>(), 1)
+}
+
+fn footer(lab: &Lab, rounds: u32) -> String {
+    let (name, driver) = (lab.device_name(), lab.driver());
+    let mut text = format!("ms: median of {rounds} rounds by turns, after the depth prepass, on {name} ({driver})\n");
+    if lab.device_is_cpu() {
+        text +=
+            "This device is software on the CPU (lavapipe): compare its ratios, its times are not those of a GPU.\n";
+    }
+    text
+}

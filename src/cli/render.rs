@@ -1,0 +1,98 @@
+//! `umbrage render`: one method on one view.
+
+use super::args::RenderArgs;
+use super::failure::Failure;
+use super::folder::Folder;
+use super::measure;
+use super::pictures;
+use super::print;
+use super::progress::Progress;
+use super::report::{Errors, Stats, write_json};
+use super::setup;
+use std::path::Path;
+use umbrage::lab::Lab;
+use umbrage::methods::{self, DebugPicture};
+use umbrage::output::{OutputError, Picture, write_exr, write_png};
+use umbrage::truth::{self, GBuffer};
+
+/// Renders, measures and writes the results.
+pub fn run(args: &RenderArgs) -> Result<(), Failure> {
+    let folder = Folder::open(&args.common.out)?;
+    let progress = Progress::new(args.common.quiet);
+    let lab = setup::open(&args.common, &progress)?;
+    let mut methods = [methods::create(&args.method, &lab)?];
+    let bar = progress.bar("rendering");
+    let timings = measure::by_turns(&lab, &mut methods, args.frames, |share| bar.at(share))?.pop().unwrap_or_default();
+    drop(bar);
+    let [method] = &mut methods;
+
+    let visibility = method.visibility(&lab)?;
+    let gbuffer = lab.gbuffer()?;
+    let image = pictures::shaded(&lab, &gbuffer, &visibility)?;
+    let statistics = method.statistics(&lab)?;
+    let debug = if args.debug { method.debug_pictures(&lab)? } else { Vec::new() };
+    let mut stats = Stats::new(&lab, &args.method.text, &timings, method.memory(), statistics);
+    let mut difference = None;
+    if args.truth {
+        let reference = setup::reference(&lab, &progress)?;
+        stats.truth = Some(Errors::from(truth::compare(&visibility, &reference)?));
+        difference = Some(pictures::difference(&lab, &gbuffer, &visibility, &reference)?);
+    }
+    setup::validated(&lab)?;
+
+    folder.fill(|at| {
+        write_png(&at.join("image.png"), &image)?;
+        let [width, height] = lab.view().size;
+        write_exr(&at.join("visibility.exr"), width, height, &[("V", &visibility)])?;
+        write_gbuffer(&at.join("gbuffer.exr"), &lab, &gbuffer)?;
+        write_json(&at.join("view.json"), lab.view())?;
+        write_json(&at.join("stats.json"), &stats)?;
+        if let Some(difference) = &difference {
+            write_png(&at.join("difference.png"), difference)?;
+        }
+        for DebugPicture { name, width, height, rgb } in debug {
+            write_png(&at.join(format!("debug_{name}.png")), &Picture { width, height, rgb })?;
+        }
+        Ok(())
+    })?;
+    if !args.common.quiet {
+        print::out(&summary(&stats, &args.common.out));
+    }
+    Ok(())
+}
+
+/// World positions and normals as float32; all channels are 0 where there is no surface.
+fn write_gbuffer(path: &Path, lab: &Lab, gbuffer: &GBuffer) -> Result<(), OutputError> {
+    let origin = lab.scene().origin.to_array();
+    let surfaces = || gbuffer.hit.iter().zip(&gbuffer.position);
+    let world =
+        |k: usize| surfaces().map(move |(&hit, p)| if hit { (f64::from(p[k]) + origin[k]) as f32 } else { 0.0 });
+    let position = [0, 1, 2].map(|k| world(k).collect::<Vec<_>>());
+    let normal = [0, 1, 2].map(|k| gbuffer.normal.iter().map(|n| n[k]).collect::<Vec<_>>());
+    let hit: Vec<f32> = gbuffer.hit.iter().map(|&hit| f32::from(u8::from(hit))).collect();
+    let [px, py, pz] = &position;
+    let [nx, ny, nz] = &normal;
+    let channels: [(&str, &[f32]); 7] =
+        [("P.X", px), ("P.Y", py), ("P.Z", pz), ("N.X", nx), ("N.Y", ny), ("N.Z", nz), ("hit", &hit)];
+    write_exr(path, gbuffer.width, gbuffer.height, &channels)
+}
+
+fn summary(stats: &Stats, out: &Path) -> String {
+    let ms = stats.ms;
+    let mut text = format!(
+        "{} on {}: {:.2} ms ({:.2} to {:.2}) after the depth prepass, {:.1} MiB\n",
+        stats.method,
+        stats.device,
+        ms.median,
+        ms.min,
+        ms.max,
+        print::mib(stats.bytes.total)
+    );
+    if let Some(e) = &stats.truth {
+        text += &format!(
+            "against ray tracing: mismatch {:.4} %, edge_error {:.2} %, off_edge {:.4} %, lost {:.4} %\n",
+            e.mismatch, e.edge_error, e.off_edge, e.lost
+        );
+    }
+    text + &format!("results are in {}\n", out.display())
+}

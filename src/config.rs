@@ -1,0 +1,108 @@
+//! What a host chooses about the engine.
+
+use crate::Error;
+
+/// How the footprint of a pixel becomes a level.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LevelRule {
+    /// log2 of the square root of the footprint's area (Lefohn et al. 2007, section 4).
+    Area,
+    /// log2 of the shorter of the footprint's two sides.
+    MinLength,
+}
+
+/// How the pages that pixels ask for become a list.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RequestRoute {
+    /// Append, radix sort, compact: the route of the sources (Lefohn et al. 2007).
+    Sort,
+    /// Flag each page in the (hashed) page table at once.
+    Flags,
+}
+
+/// Plain data; every field is checked when the engine is made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Config {
+    /// Image size in pixels, 1 to 16384 each.
+    pub size: [u32; 2],
+    /// Device memory for the physical atlas, in bytes: one layer of `page_texels`^2 texels of 4 bytes a page.
+    pub atlas_bytes: u64,
+    /// Side of a page in texels: 64, 128, 256 or 512.
+    pub page_texels: u32,
+    /// Texels along each side of a page that repeat its neighbours, for filters; 0 to 8.
+    pub gutter: u32,
+    /// Finest level that pixels may ask for, relative to one texel a pixel: -1 is half a pixel. -8 to 8.
+    /// Pages this fine are drawn where the atlas has room; coarser ones serve elsewhere.
+    pub level_bias: f32,
+    /// The level rule.
+    pub level_rule: LevelRule,
+    /// The route from pixels to the list of pages. Both give the same pages.
+    pub route: RequestRoute,
+    /// Most distinct pages that pixels may ask for; beyond it all requests are coarsened. A power of two, 1024 to 65536.
+    pub request_capacity: u32,
+    /// Most (cluster, page) pairs drawn in a frame; beyond it coarser pages serve.
+    pub pair_capacity: u32,
+    /// Room for the indices of culled clusters; beyond it whole clusters are drawn.
+    pub index_capacity: u32,
+    /// Depth bias in texels of the page, added to the receiver plane's own; 0 to 16.
+    pub bias_texels: f32,
+}
+
+impl Config {
+    /// The defaults for an image size.
+    pub fn new(size: [u32; 2]) -> Self {
+        Self {
+            size,
+            atlas_bytes: 64 << 20,
+            page_texels: 128,
+            gutter: 0,
+            level_bias: -3.0,
+            level_rule: LevelRule::MinLength,
+            route: RequestRoute::Flags,
+            request_capacity: 16384,
+            pair_capacity: 131_072,
+            index_capacity: 6 << 20,
+            bias_texels: 0.1,
+        }
+    }
+
+    /// Pages the atlas holds.
+    pub fn page_capacity(&self) -> u32 {
+        (self.atlas_bytes / (4 * u64::from(self.page_texels).pow(2))).min(u64::from(u32::MAX)) as u32
+    }
+
+    /// Entries of the page table: load stays below one half even when no two requests share an ancestor below level 7.
+    pub(crate) fn table_size(&self) -> u32 {
+        8 * self.request_capacity
+    }
+
+    /// Nodes of the quadtree that are listed.
+    pub(crate) fn node_capacity(&self) -> u32 {
+        self.table_size() / 2
+    }
+
+    /// Checks every field; `max_layers` is what the device allows in one array image.
+    pub(crate) fn check(&self, max_layers: u32) -> Result<(), Error> {
+        fn limit<T: std::fmt::Display>(ok: bool, field: &'static str, given: T, limit: String) -> Result<(), Error> {
+            if ok { Ok(()) } else { Err(Error::Limit { field, given: given.to_string(), limit }) }
+        }
+        let [w, h] = self.size;
+        limit((1..=16384).contains(&w) && (1..=16384).contains(&h), "size", format!("{w}x{h}"), "1 to 16384 pixels a side".into())?;
+        let texels = self.page_texels;
+        limit(matches!(texels, 64 | 128 | 256 | 512), "page_texels", texels, "64, 128, 256 or 512".into())?;
+        limit(self.gutter <= 8, "gutter", self.gutter, "0 to 8 texels".into())?;
+        let page_bytes = 4 * u64::from(texels).pow(2);
+        limit(
+            (8..=u64::from(max_layers)).contains(&(self.atlas_bytes / page_bytes)),
+            "atlas_bytes",
+            self.atlas_bytes,
+            format!("{} to {} bytes (8 to {max_layers} pages of {texels}x{texels} texels)", 8 * page_bytes, u64::from(max_layers) * page_bytes),
+        )?;
+        limit((-8.0..=8.0).contains(&self.level_bias), "level_bias", self.level_bias, "-8 to 8".into())?;
+        limit((0.0..=16.0).contains(&self.bias_texels), "bias_texels", self.bias_texels, "0 to 16".into())?;
+        let requests = self.request_capacity;
+        limit(requests.is_power_of_two() && (1024..=65536).contains(&requests), "request_capacity", requests, "a power of two from 1024 to 65536".into())?;
+        limit((1024..=1 << 20).contains(&self.pair_capacity), "pair_capacity", self.pair_capacity, "1024 to 1048576".into())?;
+        limit((0..=30 << 20).contains(&self.index_capacity), "index_capacity", self.index_capacity, "0 to 31457280".into())
+    }
+}

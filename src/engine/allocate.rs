@@ -1,0 +1,116 @@
+//! From requested pages to page table entries, within the atlas.
+//!
+//! The requested pages and their ancestors form a quadtree. Refining a node replaces its page by its children's; what
+//! that gains (pixels, weighted with how far they are from their wish) per page it costs is the node's rank, the
+//! thesis' benefit per cost (Fernando 2002, section 2.4). One histogram over the ranks finds the threshold at which the
+//! atlas is full, so that the memory given is spent where it helps most and nothing depends on the order of threads.
+//!
+//! Reads: page table keys and pixel counts (flags route) or distinct keys (sort route). Writes: nodes, pages, entries.
+//! At capacity: coarser pages serve; refusals are counted.
+
+use super::buffers::Buffers;
+use super::compact::Compact;
+use super::request::SHIFTS;
+use super::sort::Sort;
+use crate::gpu::sync::{self, Access};
+use crate::gpu::{Binding, Compute, Gpu, spirv};
+use crate::{Config, Error};
+use ash::vk;
+use std::sync::Arc;
+
+/// Workgroups of the passes that stride over all nodes.
+const GROUPS: [u32; 3] = [32, 1, 1];
+
+pub(crate) struct Allocate {
+    insert: Option<Compute>,
+    ancestors: Compute,
+    rank: Compute,
+    choose: Compute,
+    select: Compute,
+    pages: Compute,
+    entries: Compute,
+    budget: u32,
+    tolerance: i32,
+    device: ash::Device,
+}
+
+impl Allocate {
+    pub(crate) fn new(gpu: &Arc<Gpu>, config: &Config, b: &Buffers, compact: Option<&Compact>, page_sort: &Sort) -> Result<Self, Error> {
+        let table = config.table_size();
+        let nodes = config.node_capacity();
+        let counters = Binding::Storage(&b.counters);
+        let (keys, node, list) = (Binding::Storage(&b.table_keys), Binding::Storage(&b.nodes), Binding::Storage(&b.node_list));
+        let histogram = Binding::Storage(&b.histogram);
+        let (page_keys, page_values) = (Binding::Storage(page_sort.keys()), Binding::Storage(page_sort.values()));
+        let page = Binding::Storage(&b.pages);
+        let insert = compact.map(|c| {
+            let bindings = [counters, Binding::Storage(&c.keys), Binding::Storage(&c.counts), keys, node, list];
+            let constants = [table, config.request_capacity, SHIFTS[1], SHIFTS[2]];
+            Compute::new(gpu, "allocate_insert", spirv!("engine/allocate_insert.comp"), &bindings, &constants, 0)
+        });
+        Ok(Self {
+            insert: insert.transpose()?,
+            ancestors: Compute::new(
+                gpu,
+                "allocate_ancestors",
+                spirv!("engine/allocate_ancestors.comp"),
+                &[counters, keys, node, list],
+                &[table, nodes],
+                0,
+            )?,
+            rank: Compute::new(gpu, "allocate_rank", spirv!("engine/allocate_rank.comp"), &[counters, node, list, histogram], &[nodes], 0)?,
+            choose: Compute::new(gpu, "allocate_choose", spirv!("engine/allocate_choose.comp"), &[counters, histogram], &[], 4)?,
+            select: Compute::new(
+                gpu,
+                "allocate_select",
+                spirv!("engine/allocate_select.comp"),
+                &[counters, node, list, page_keys, page_values],
+                &[nodes, config.page_capacity()],
+                0,
+            )?,
+            pages: Compute::new(
+                gpu,
+                "allocate_pages",
+                spirv!("engine/allocate_pages.comp"),
+                &[Binding::Uniform(&b.frame), counters, node, page_keys, page_values, page, Binding::Storage(&b.pair_counts)],
+                &[],
+                0,
+            )?,
+            entries: Compute::new(
+                gpu,
+                "allocate_entries",
+                spirv!("engine/allocate_entries.comp"),
+                &[counters, node, list, page, Binding::Storage(&b.entries)],
+                &[nodes],
+                4,
+            )?,
+            budget: config.page_capacity() - 4,
+            tolerance: (-config.level_bias).ceil().max(0.0) as i32,
+            device: gpu.device.clone(),
+        })
+    }
+
+    /// From requests to the sorted list of pages.
+    pub(crate) fn record(&self, cmd: vk::CommandBuffer, b: &Buffers, page_sort: &Sort) {
+        let next = || sync::barrier(&self.device, cmd, &[(Access::ComputeWrite, Access::ComputeWrite)]);
+        if let Some(insert) = &self.insert {
+            insert.dispatch(cmd, &(), GROUPS);
+            next();
+        }
+        self.ancestors.dispatch(cmd, &(), GROUPS);
+        next();
+        self.rank.dispatch(cmd, &(), GROUPS);
+        next();
+        self.choose.dispatch(cmd, &self.budget, [1, 1, 1]);
+        next();
+        self.select.dispatch(cmd, &(), GROUPS);
+        next();
+        page_sort.record(cmd, b);
+        self.pages.dispatch(cmd, &(), [4, 1, 1]);
+    }
+
+    /// Page table entries, once it is known which pages are drawn.
+    pub(crate) fn record_entries(&self, cmd: vk::CommandBuffer) {
+        self.entries.dispatch(cmd, &self.tolerance, GROUPS);
+    }
+}

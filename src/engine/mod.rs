@@ -1,0 +1,124 @@
+//! The adaptive shadow map: resolution-matched pages for the visible samples of a frame, found, drawn and looked up on
+//! the GPU.
+
+pub(crate) mod allocate;
+pub(crate) mod buffers;
+pub(crate) mod compact;
+pub(crate) mod constants;
+pub(crate) mod cull;
+pub(crate) mod depth_prepass;
+mod frame;
+pub(crate) mod gradient;
+pub(crate) mod lookup;
+pub(crate) mod request;
+pub(crate) mod sort;
+pub(crate) mod tiles;
+
+use crate::config::RequestRoute;
+use crate::gpu::structs::Counters;
+use crate::gpu::{Gpu, HostDevice, Timer};
+use crate::host::{FrameInput, Receivers, SceneBuffers};
+use crate::{Config, Error};
+use ash::vk;
+use buffers::Buffers;
+use std::sync::Arc;
+
+/// The engine: one light, one view, one scene.
+pub struct Engine {
+    pub(crate) config: Config,
+    pub(crate) buffers: Buffers,
+    gradient: gradient::Gradient,
+    request: request::Request,
+    sort: Option<sort::Sort>,
+    compact: Option<compact::Compact>,
+    page_sort: sort::Sort,
+    allocate: allocate::Allocate,
+    cull: cull::Cull,
+    tiles: tiles::Tiles,
+    lookup: lookup::Lookup,
+    scene: SceneBuffers,
+    gpu: Arc<Gpu>,
+}
+
+impl Engine {
+    /// Makes everything the engine needs; nothing is allocated afterwards.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] for a configuration out of range, [`Error::Unsupported`] for a device that lacks something,
+    /// [`Error::OutOfMemory`] and [`Error::Vulkan`] as the device reports them.
+    ///
+    /// # Safety
+    /// All handles must be valid, made with the features of [`crate::gpu::requirements`], and outlive the engine.
+    pub unsafe fn new(host: &HostDevice, config: &Config, scene: &SceneBuffers, receivers: &Receivers) -> Result<Self, Error> {
+        // SAFETY: the caller vouches for the handles
+        let gpu = unsafe { Gpu::new(host)? };
+        Self::on(&gpu, config, scene, receivers)
+    }
+
+    pub(crate) fn on(gpu: &Arc<Gpu>, config: &Config, scene: &SceneBuffers, receivers: &Receivers) -> Result<Self, Error> {
+        config.check(gpu.limits.max_image_array_layers.min(gpu.limits.max_framebuffer_layers))?;
+        let b = Buffers::new(gpu, config)?;
+        let pixels = config.size[0] * config.size[1];
+        let request_sort = sort::Sort::new(gpu, &b.counters, &b.arguments, sort::Sorted::Requests, (pixels / 2).max(4096))?;
+        let page_sort = sort::Sort::new(gpu, &b.counters, &b.arguments, sort::Sorted::Pages, config.page_capacity())?;
+        let request = request::Request::new(gpu, config, &b, &request_sort, receivers)?;
+        let (sort, compact) = match config.route {
+            RequestRoute::Flags => (None, None),
+            RequestRoute::Sort => {
+                let compact = compact::Compact::new(gpu, &b, &request_sort)?;
+                (Some(request_sort), Some(compact))
+            }
+        };
+        Ok(Self {
+            gradient: gradient::Gradient::for_engine(gpu, &b, receivers)?,
+            request,
+            allocate: allocate::Allocate::new(gpu, config, &b, compact.as_ref(), &page_sort)?,
+            cull: cull::Cull::new(gpu, config, &b, scene)?,
+            tiles: tiles::Tiles::new(gpu, config, &b, scene)?,
+            lookup: lookup::Lookup::new(gpu, config, &b, receivers)?,
+            sort,
+            compact,
+            page_sort,
+            buffers: b,
+            config: config.clone(),
+            scene: *scene,
+            gpu: gpu.clone(),
+        })
+    }
+
+    /// Records one frame into `cmd`: requests, allocation, tiles, lookup. The mask is left in `TRANSFER_SRC_OPTIMAL`.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] when the light's direction is zero or not finite.
+    ///
+    /// # Safety
+    /// `cmd` must be recording outside of rendering; the receivers' images must be readable by compute shaders; frames
+    /// of one engine must run in the order they were recorded.
+    pub unsafe fn record(&mut self, cmd: vk::CommandBuffer, input: &FrameInput) -> Result<(), Error> {
+        self.record_timed(cmd, input, None)
+    }
+
+    pub(crate) fn record_timed(&mut self, cmd: vk::CommandBuffer, input: &FrameInput, timer: Option<&mut Timer>) -> Result<(), Error> {
+        let constants = constants::constants(&self.config, &self.scene, input)?;
+        self.record_timeline(cmd, &constants, timer);
+        Ok(())
+    }
+
+    /// Counters of the last frame that the caller has waited for.
+    pub fn counters(&self) -> Counters {
+        bytemuck::pod_read_unaligned(&self.buffers.readback.bytes()[..size_of::<Counters>()])
+    }
+
+    /// Device memory by purpose, in bytes.
+    pub fn memory(&self) -> Vec<(&'static str, u64)> {
+        let mut memory = self.buffers.memory();
+        let sorts = self.page_sort.bytes() + self.sort.as_ref().map_or(0, sort::Sort::bytes);
+        memory.push(("sort", sorts + self.compact.as_ref().map_or(0, compact::Compact::bytes)));
+        memory
+    }
+
+    /// The mask: R32_SFLOAT, 1 lit, 0 shadowed, 1 where there is no surface.
+    pub fn visibility(&self) -> (vk::Image, vk::ImageView) {
+        (self.buffers.visibility.raw, self.buffers.visibility.view)
+    }
+}

@@ -1,0 +1,123 @@
+//! Draws the casters of every page into its layer of the atlas: a clear of the pages that are drawn, then one indirect
+//! draw for opaque and one for alpha-tested casters.
+//! Reads: draw commands, pairs, pages. Writes: atlas. No capacity of its own.
+
+use super::buffers::{Buffers, arguments};
+use crate::gpu::{Binding, Gpu, Graphics, GraphicsState, spirv};
+use crate::gpu::structs::COMMAND_BYTES;
+use crate::host::SceneBuffers;
+use crate::{Config, Error};
+use ash::vk;
+use std::mem::offset_of;
+use std::sync::Arc;
+
+pub(crate) struct Tiles {
+    clear: Graphics,
+    opaque: Graphics,
+    masked: Graphics,
+    scene: SceneBuffers,
+    pair_capacity: u32,
+    gpu: Arc<Gpu>,
+}
+
+impl Tiles {
+    pub(crate) fn new(gpu: &Arc<Gpu>, config: &Config, b: &Buffers, scene: &SceneBuffers) -> Result<Self, Error> {
+        let constants = [config.page_texels, config.gutter];
+        let bindings = [
+            Binding::Uniform(&b.frame),
+            Binding::Storage(&b.pages),
+            Binding::Storage(&b.pairs),
+            Binding::External(scene.casters),
+            Binding::External(scene.instances),
+            Binding::External(scene.materials),
+            Binding::External(scene.texels),
+        ];
+        let state = |attributes| GraphicsState {
+            positions: true,
+            attributes,
+            colors: &[],
+            depth_compare: vk::CompareOp::LESS_OR_EQUAL,
+            cull: vk::CullModeFlags::NONE,
+        };
+        let clear = GraphicsState { positions: false, depth_compare: vk::CompareOp::ALWAYS, ..state(false) };
+        Ok(Self {
+            clear: Graphics::new(gpu, "tiles_clear", spirv!("engine/tiles_clear.vert"), None, &[bindings[1]], &[], 0, &clear)?,
+            opaque: Graphics::new(gpu, "tiles", spirv!("engine/tiles.vert"), None, &bindings[..5], &constants, 0, &state(false))?,
+            masked: Graphics::new(
+                gpu,
+                "tiles_masked",
+                spirv!("engine/tiles_masked.vert"),
+                Some(spirv!("engine/tiles_masked.frag")),
+                &bindings,
+                &constants,
+                0,
+                &state(true),
+            )?,
+            scene: *scene,
+            pair_capacity: config.pair_capacity,
+            gpu: gpu.clone(),
+        })
+    }
+
+    pub(crate) fn record(&self, cmd: vk::CommandBuffer, b: &Buffers) {
+        let device = &self.gpu.device;
+        let attachment = vk::RenderingAttachmentInfo::default()
+            .image_view(b.atlas.view)
+            .image_layout(vk::ImageLayout::DEPTH_ATTACHMENT_OPTIMAL)
+            .load_op(vk::AttachmentLoadOp::LOAD)
+            .store_op(vk::AttachmentStoreOp::STORE);
+        let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: b.atlas.extent };
+        let info = vk::RenderingInfo::default().render_area(area).layer_count(b.atlas.layers).depth_attachment(&attachment);
+        let viewport = vk::Viewport {
+            x: 0.0,
+            y: 0.0,
+            width: area.extent.width as f32,
+            height: area.extent.height as f32,
+            min_depth: 0.0,
+            max_depth: 1.0,
+        };
+        // SAFETY: the command buffer is recording; buffers and images outlive the submission
+        unsafe {
+            device.cmd_begin_rendering(cmd, &info);
+            device.cmd_set_viewport(cmd, 0, &[viewport]);
+            device.cmd_set_scissor(cmd, 0, &[area]);
+            self.clear.bind(cmd, &());
+            device.cmd_draw_indirect(cmd, b.arguments.raw, 4 * u64::from(arguments::CLEAR), 1, 0);
+            device.cmd_bind_index_buffer(cmd, self.scene.indices, 0, vk::IndexType::UINT32);
+            device.cmd_bind_vertex_buffers(cmd, 0, &[self.scene.positions, self.scene.attributes], &[0, 0]);
+        }
+        self.opaque.bind(cmd, &());
+        self.draw(cmd, b, false);
+        if self.scene.first_masked < self.scene.caster_count {
+            self.masked.bind(cmd, &());
+            self.draw(cmd, b, true);
+        }
+        // SAFETY: rendering was begun above
+        unsafe { device.cmd_end_rendering(cmd) };
+    }
+
+    fn draw(&self, cmd: vk::CommandBuffer, b: &Buffers, masked: bool) {
+        use crate::gpu::structs::Counters;
+        let device = &self.gpu.device;
+        let offset = if masked { u64::from(self.pair_capacity) * COMMAND_BYTES } else { 0 };
+        let count = if masked { offset_of!(Counters, pairs_masked) } else { offset_of!(Counters, pairs_opaque) };
+        let stride = COMMAND_BYTES as u32;
+        // SAFETY: pipeline, set and vertex buffers are bound; commands and counters have indirect usage
+        unsafe {
+            if self.gpu.draw_indirect_count {
+                device.cmd_draw_indexed_indirect_count(
+                    cmd,
+                    b.commands.raw,
+                    offset,
+                    b.counters.raw,
+                    count as u64,
+                    self.pair_capacity,
+                    stride,
+                );
+            } else {
+                // commands beyond the count were filled with zeros and draw nothing
+                device.cmd_draw_indexed_indirect(cmd, b.commands.raw, offset, self.pair_capacity, stride);
+            }
+        }
+    }
+}

@@ -1,0 +1,347 @@
+//! Pipelines with their descriptor set: bindings are given once, in binding order, when the pipeline is made.
+
+use super::{Buffer, Gpu, Image, shader_module, sync};
+use crate::error::{Context, Error};
+use ash::vk;
+use bytemuck::Pod;
+use std::sync::Arc;
+
+/// A resource at its place in the binding order.
+#[derive(Clone, Copy)]
+pub(crate) enum Binding<'a> {
+    Uniform(&'a Buffer),
+    Storage(&'a Buffer),
+    /// A storage buffer that somebody else owns.
+    External(vk::Buffer),
+    StorageImage(&'a Image),
+    /// Sampled by `texelFetch`; the sampler is a nearest one.
+    Sampled(&'a Image),
+    /// The same for an image that somebody else owns.
+    SampledView(vk::ImageView),
+}
+
+impl Binding<'_> {
+    fn kind(&self) -> vk::DescriptorType {
+        match self {
+            Binding::Uniform(_) => vk::DescriptorType::UNIFORM_BUFFER,
+            Binding::Storage(_) | Binding::External(_) => vk::DescriptorType::STORAGE_BUFFER,
+            Binding::StorageImage(_) => vk::DescriptorType::STORAGE_IMAGE,
+            Binding::Sampled(_) | Binding::SampledView(_) => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
+        }
+    }
+}
+
+/// Layout, set and everything else that compute and graphics pipelines share.
+struct Layout {
+    name: &'static str,
+    layout: vk::PipelineLayout,
+    set_layout: vk::DescriptorSetLayout,
+    pool: vk::DescriptorPool,
+    set: vk::DescriptorSet,
+    sampler: vk::Sampler,
+    stages: vk::ShaderStageFlags,
+    push_size: u32,
+    gpu: Arc<Gpu>,
+}
+
+impl Layout {
+    fn new(
+        gpu: &Arc<Gpu>,
+        name: &'static str,
+        stages: vk::ShaderStageFlags,
+        bindings: &[Binding<'_>],
+        push_size: u32,
+    ) -> Result<Self, Error> {
+        let mut this = Self {
+            name,
+            layout: vk::PipelineLayout::null(),
+            set_layout: vk::DescriptorSetLayout::null(),
+            pool: vk::DescriptorPool::null(),
+            set: vk::DescriptorSet::null(),
+            sampler: vk::Sampler::null(),
+            stages,
+            push_size,
+            gpu: gpu.clone(),
+        };
+        let device = &gpu.device;
+        let slots: Vec<_> = bindings
+            .iter()
+            .enumerate()
+            .map(|(i, b)| {
+                vk::DescriptorSetLayoutBinding::default()
+                    .binding(i as u32)
+                    .descriptor_type(b.kind())
+                    .descriptor_count(1)
+                    .stage_flags(stages)
+            })
+            .collect();
+        let sizes: Vec<_> =
+            bindings.iter().map(|b| vk::DescriptorPoolSize { ty: b.kind(), descriptor_count: 1 }).collect();
+        // SAFETY: plain create calls with complete infos; `Drop` frees what was made when a later one fails
+        unsafe {
+            let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&slots);
+            this.set_layout = device.create_descriptor_set_layout(&info, None).context("vkCreateDescriptorSetLayout")?;
+            let set_layouts = [this.set_layout];
+            let ranges = [vk::PushConstantRange { stage_flags: stages, offset: 0, size: push_size }];
+            let mut info = vk::PipelineLayoutCreateInfo::default().set_layouts(&set_layouts);
+            if push_size > 0 {
+                info = info.push_constant_ranges(&ranges);
+            }
+            this.layout = device.create_pipeline_layout(&info, None).context("vkCreatePipelineLayout")?;
+            this.sampler =
+                device.create_sampler(&vk::SamplerCreateInfo::default(), None).context("vkCreateSampler")?;
+            if !bindings.is_empty() {
+                let info = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
+                this.pool = device.create_descriptor_pool(&info, None).context("vkCreateDescriptorPool")?;
+                let info =
+                    vk::DescriptorSetAllocateInfo::default().descriptor_pool(this.pool).set_layouts(&set_layouts);
+                this.set = device.allocate_descriptor_sets(&info).context("vkAllocateDescriptorSets")?[0];
+            }
+        }
+        this.write(bindings);
+        Ok(this)
+    }
+
+    fn write(&self, bindings: &[Binding<'_>]) {
+        for (i, binding) in bindings.iter().enumerate() {
+            let whole = |buffer| [vk::DescriptorBufferInfo { buffer, offset: 0, range: vk::WHOLE_SIZE }];
+            let (buffers, images) = match binding {
+                Binding::Uniform(b) | Binding::Storage(b) => (whole(b.raw), None),
+                Binding::External(raw) => (whole(*raw), None),
+                Binding::StorageImage(image) => {
+                    (Default::default(), Some((image.view, vk::ImageLayout::GENERAL)))
+                }
+                Binding::Sampled(image) => (Default::default(), Some((image.view, sync::SAMPLED))),
+                Binding::SampledView(view) => (Default::default(), Some((*view, sync::SAMPLED))),
+            };
+            let images = images.map(|(image_view, image_layout)| {
+                [vk::DescriptorImageInfo { sampler: self.sampler, image_view, image_layout }]
+            });
+            let mut write =
+                vk::WriteDescriptorSet::default().dst_set(self.set).dst_binding(i as u32).descriptor_type(binding.kind());
+            write = match &images {
+                Some(images) => write.image_info(images),
+                None => write.buffer_info(&buffers),
+            };
+            // SAFETY: the set was just allocated and is not in use
+            unsafe { self.gpu.device.update_descriptor_sets(&[write], &[]) };
+        }
+    }
+
+    fn bind<P: Pod>(&self, cmd: vk::CommandBuffer, point: vk::PipelineBindPoint, pipeline: vk::Pipeline, push: &P) {
+        let bytes = bytemuck::bytes_of(push);
+        assert_eq!(bytes.len() as u32, self.push_size, "push constants of {}", self.name);
+        // SAFETY: the command buffer is recording; set and pipeline share this layout
+        unsafe {
+            let device = &self.gpu.device;
+            device.cmd_bind_pipeline(cmd, point, pipeline);
+            if self.set != vk::DescriptorSet::null() {
+                device.cmd_bind_descriptor_sets(cmd, point, self.layout, 0, &[self.set], &[]);
+            }
+            if !bytes.is_empty() {
+                device.cmd_push_constants(cmd, self.layout, self.stages, 0, bytes);
+            }
+        }
+    }
+}
+
+impl Drop for Layout {
+    fn drop(&mut self) {
+        // SAFETY: the owner waits for the GPU before dropping pipelines
+        unsafe {
+            let device = &self.gpu.device;
+            device.destroy_descriptor_pool(self.pool, None);
+            device.destroy_sampler(self.sampler, None);
+            device.destroy_pipeline_layout(self.layout, None);
+            device.destroy_descriptor_set_layout(self.set_layout, None);
+        }
+    }
+}
+
+/// Specialization constants 0, 1, 2, ... as 32-bit words.
+fn specialization(constants: &[u32]) -> (Vec<vk::SpecializationMapEntry>, &[u8]) {
+    let entries = (0..constants.len() as u32)
+        .map(|i| vk::SpecializationMapEntry { constant_id: i, offset: 4 * i, size: 4 })
+        .collect();
+    (entries, bytemuck::cast_slice(constants))
+}
+
+/// A compute pipeline. The only type that makes and runs one.
+pub(crate) struct Compute {
+    pipeline: vk::Pipeline,
+    layout: Layout,
+}
+
+impl Compute {
+    /// `bindings` in binding order, `constants` in the order of their ids, `push_size` in bytes.
+    pub(crate) fn new(
+        gpu: &Arc<Gpu>,
+        name: &'static str,
+        spirv: &[u8],
+        bindings: &[Binding<'_>],
+        constants: &[u32],
+        push_size: usize,
+    ) -> Result<Self, Error> {
+        let layout = Layout::new(gpu, name, vk::ShaderStageFlags::COMPUTE, bindings, push_size as u32)?;
+        let module = shader_module(gpu, name, spirv)?;
+        let (entries, data) = specialization(constants);
+        let constants = vk::SpecializationInfo::default().map_entries(&entries).data(data);
+        let stage = vk::PipelineShaderStageCreateInfo::default()
+            .stage(vk::ShaderStageFlags::COMPUTE)
+            .module(module)
+            .name(c"main")
+            .specialization_info(&constants);
+        let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout.layout)];
+        // SAFETY: module and layout are valid; the module is not needed afterwards
+        let made = unsafe {
+            let made = gpu.device.create_compute_pipelines(vk::PipelineCache::null(), &info, None);
+            gpu.device.destroy_shader_module(module, None);
+            made
+        };
+        let pipeline = made.map_err(|(_, result)| result).context("vkCreateComputePipelines")?[0];
+        gpu.name(pipeline, name);
+        Ok(Self { pipeline, layout })
+    }
+
+    /// Records a dispatch of `groups` workgroups.
+    pub(crate) fn dispatch<P: Pod>(&self, cmd: vk::CommandBuffer, push: &P, groups: [u32; 3]) {
+        self.layout.bind(cmd, vk::PipelineBindPoint::COMPUTE, self.pipeline, push);
+        // SAFETY: pipeline and set are bound
+        unsafe { self.layout.gpu.device.cmd_dispatch(cmd, groups[0], groups[1], groups[2]) };
+    }
+
+    /// Records a dispatch whose size lies in `buffer` at `offset` bytes.
+    pub(crate) fn dispatch_indirect<P: Pod>(&self, cmd: vk::CommandBuffer, push: &P, buffer: &Buffer, offset: u64) {
+        self.layout.bind(cmd, vk::PipelineBindPoint::COMPUTE, self.pipeline, push);
+        // SAFETY: pipeline and set are bound; the buffer has indirect usage
+        unsafe { self.layout.gpu.device.cmd_dispatch_indirect(cmd, buffer.raw, offset) };
+    }
+}
+
+impl Drop for Compute {
+    fn drop(&mut self) {
+        // SAFETY: the owner waits for the GPU before dropping pipelines
+        unsafe { self.layout.gpu.device.destroy_pipeline(self.pipeline, None) };
+    }
+}
+
+/// Fixed state of a graphics pipeline; triangles, no culling, dynamic viewport and scissor.
+pub(crate) struct GraphicsState<'a> {
+    /// Whether binding 0 delivers `vec3` positions at location 0.
+    pub(crate) positions: bool,
+    /// Whether binding 1 delivers texture coordinates (location 1) and colour (location 2).
+    pub(crate) attributes: bool,
+    pub(crate) colors: &'a [vk::Format],
+    pub(crate) depth_compare: vk::CompareOp,
+    pub(crate) cull: vk::CullModeFlags,
+}
+
+/// A graphics pipeline for dynamic rendering with a D32 depth attachment.
+pub(crate) struct Graphics {
+    pipeline: vk::Pipeline,
+    layout: Layout,
+}
+
+impl Graphics {
+    pub(crate) fn new(
+        gpu: &Arc<Gpu>,
+        name: &'static str,
+        vertex: &[u8],
+        fragment: Option<&[u8]>,
+        bindings: &[Binding<'_>],
+        constants: &[u32],
+        push_size: usize,
+        state: &GraphicsState<'_>,
+    ) -> Result<Self, Error> {
+        let stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
+        let layout = Layout::new(gpu, name, stages, bindings, push_size as u32)?;
+        let (entries, data) = specialization(constants);
+        let constants = vk::SpecializationInfo::default().map_entries(&entries).data(data);
+        let mut modules = vec![(vk::ShaderStageFlags::VERTEX, shader_module(gpu, name, vertex)?)];
+        if let Some(fragment) = fragment {
+            modules.push((vk::ShaderStageFlags::FRAGMENT, shader_module(gpu, name, fragment)?));
+        }
+        let shader_stages: Vec<_> = modules
+            .iter()
+            .map(|&(stage, module)| {
+                vk::PipelineShaderStageCreateInfo::default()
+                    .stage(stage)
+                    .module(module)
+                    .name(c"main")
+                    .specialization_info(&constants)
+            })
+            .collect();
+        let mut vertex_bindings = Vec::new();
+        let mut vertex_attributes = Vec::new();
+        let attribute = |location, binding, format, offset| vk::VertexInputAttributeDescription { location, binding, format, offset };
+        if state.positions {
+            vertex_bindings.push(vk::VertexInputBindingDescription { binding: 0, stride: 12, input_rate: vk::VertexInputRate::VERTEX });
+            vertex_attributes.push(attribute(0, 0, vk::Format::R32G32B32_SFLOAT, 0));
+        }
+        if state.attributes {
+            vertex_bindings.push(vk::VertexInputBindingDescription { binding: 1, stride: 12, input_rate: vk::VertexInputRate::VERTEX });
+            vertex_attributes.push(attribute(1, 1, vk::Format::R32G32_SFLOAT, 0));
+            vertex_attributes.push(attribute(2, 1, vk::Format::R8G8B8A8_UNORM, 8));
+        }
+        let vertex_input = vk::PipelineVertexInputStateCreateInfo::default()
+            .vertex_binding_descriptions(&vertex_bindings)
+            .vertex_attribute_descriptions(&vertex_attributes);
+        let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(vk::PrimitiveTopology::TRIANGLE_LIST);
+        let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
+        let raster = vk::PipelineRasterizationStateCreateInfo::default()
+            .cull_mode(state.cull)
+            .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
+            .line_width(1.0);
+        let samples =
+            vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(vk::SampleCountFlags::TYPE_1);
+        let depth = vk::PipelineDepthStencilStateCreateInfo::default()
+            .depth_test_enable(true)
+            .depth_write_enable(true)
+            .depth_compare_op(state.depth_compare);
+        let blend_targets = vec![
+            vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA);
+            state.colors.len()
+        ];
+        let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&blend_targets);
+        let dynamic_states = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];
+        let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic_states);
+        let mut rendering = vk::PipelineRenderingCreateInfo::default()
+            .color_attachment_formats(state.colors)
+            .depth_attachment_format(vk::Format::D32_SFLOAT);
+        let info = [vk::GraphicsPipelineCreateInfo::default()
+            .stages(&shader_stages)
+            .vertex_input_state(&vertex_input)
+            .input_assembly_state(&assembly)
+            .viewport_state(&viewport)
+            .rasterization_state(&raster)
+            .multisample_state(&samples)
+            .depth_stencil_state(&depth)
+            .color_blend_state(&blend)
+            .dynamic_state(&dynamic)
+            .layout(layout.layout)
+            .push_next(&mut rendering)];
+        // SAFETY: everything referenced lives through the call; the modules are not needed afterwards
+        let made = unsafe {
+            let made = gpu.device.create_graphics_pipelines(vk::PipelineCache::null(), &info, None);
+            for (_, module) in modules {
+                gpu.device.destroy_shader_module(module, None);
+            }
+            made
+        };
+        let pipeline = made.map_err(|(_, result)| result).context("vkCreateGraphicsPipelines")?[0];
+        gpu.name(pipeline, name);
+        Ok(Self { pipeline, layout })
+    }
+
+    /// Binds pipeline, set and push constants; draws follow.
+    pub(crate) fn bind<P: Pod>(&self, cmd: vk::CommandBuffer, push: &P) {
+        self.layout.bind(cmd, vk::PipelineBindPoint::GRAPHICS, self.pipeline, push);
+    }
+}
+
+impl Drop for Graphics {
+    fn drop(&mut self) {
+        // SAFETY: the owner waits for the GPU before dropping pipelines
+        unsafe { self.layout.gpu.device.destroy_pipeline(self.pipeline, None) };
+    }
+}

@@ -1,0 +1,130 @@
+//! The only file that names pipeline stages and access masks: barriers are pairs of named accesses.
+
+use super::Image;
+use ash::vk;
+use vk::{AccessFlags2 as A, ImageLayout as L, PipelineStageFlags2 as S};
+
+/// One way of touching a resource.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Access {
+    /// Nothing happened yet, or the content is not needed any more.
+    Nothing,
+    ComputeRead,
+    ComputeWrite,
+    /// A storage image read or written by a compute shader.
+    StorageImage,
+    IndirectRead,
+    /// Read through a descriptor in a vertex or fragment shader.
+    GraphicsRead,
+    IndexRead,
+    DepthAttachment,
+    ColorAttachment,
+    TransferRead,
+    TransferWrite,
+    HostRead,
+    HostWrite,
+}
+
+impl Access {
+    fn scope(self) -> (S, A) {
+        match self {
+            Access::Nothing => (S::TOP_OF_PIPE, A::NONE),
+            Access::ComputeRead => {
+                (S::COMPUTE_SHADER, A::SHADER_STORAGE_READ | A::SHADER_SAMPLED_READ | A::UNIFORM_READ)
+            }
+            Access::ComputeWrite | Access::StorageImage => {
+                (S::COMPUTE_SHADER, A::SHADER_STORAGE_READ | A::SHADER_STORAGE_WRITE)
+            }
+            Access::IndirectRead => (S::DRAW_INDIRECT, A::INDIRECT_COMMAND_READ),
+            Access::GraphicsRead => (
+                S::VERTEX_SHADER | S::FRAGMENT_SHADER,
+                A::SHADER_STORAGE_READ | A::SHADER_SAMPLED_READ | A::UNIFORM_READ,
+            ),
+            Access::IndexRead => (S::INDEX_INPUT, A::INDEX_READ),
+            Access::DepthAttachment => (
+                S::EARLY_FRAGMENT_TESTS | S::LATE_FRAGMENT_TESTS,
+                A::DEPTH_STENCIL_ATTACHMENT_READ | A::DEPTH_STENCIL_ATTACHMENT_WRITE,
+            ),
+            Access::ColorAttachment => (S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE),
+            Access::TransferRead => (S::ALL_TRANSFER, A::TRANSFER_READ),
+            Access::TransferWrite => (S::ALL_TRANSFER, A::TRANSFER_WRITE),
+            Access::HostRead => (S::HOST, A::HOST_READ),
+            Access::HostWrite => (S::HOST, A::HOST_WRITE),
+        }
+    }
+
+    fn layout(self) -> L {
+        match self {
+            Access::Nothing => L::UNDEFINED,
+            Access::StorageImage => L::GENERAL,
+            Access::DepthAttachment => L::DEPTH_ATTACHMENT_OPTIMAL,
+            Access::ColorAttachment => L::COLOR_ATTACHMENT_OPTIMAL,
+            Access::TransferRead => L::TRANSFER_SRC_OPTIMAL,
+            Access::TransferWrite => L::TRANSFER_DST_OPTIMAL,
+            _ => L::SHADER_READ_ONLY_OPTIMAL,
+        }
+    }
+}
+
+/// The layout in which a sampled image is bound.
+pub(crate) const SAMPLED: L = L::SHADER_READ_ONLY_OPTIMAL;
+
+/// Orders all buffer accesses of the first kind before those of the second, for each pair.
+pub(crate) fn barrier(device: &ash::Device, cmd: vk::CommandBuffer, pairs: &[(Access, Access)]) {
+    let mut barriers = [vk::MemoryBarrier2::default(); 8];
+    debug_assert!(pairs.len() <= barriers.len());
+    for (slot, (before, after)) in barriers.iter_mut().zip(pairs) {
+        let ((src_stage, src_access), (dst_stage, dst_access)) = (before.scope(), after.scope());
+        *slot = vk::MemoryBarrier2::default()
+            .src_stage_mask(src_stage)
+            .src_access_mask(src_access)
+            .dst_stage_mask(dst_stage)
+            .dst_access_mask(dst_access);
+    }
+    let info = vk::DependencyInfo::default().memory_barriers(&barriers[..pairs.len()]);
+    // SAFETY: the command buffer is recording outside of rendering
+    unsafe { device.cmd_pipeline_barrier2(cmd, &info) };
+}
+
+/// Moves a whole image from one access to another, with the layouts these accesses need.
+pub(crate) fn image(device: &ash::Device, cmd: vk::CommandBuffer, image: &Image, before: Access, after: Access) {
+    let ((src_stage, src_access), (dst_stage, dst_access)) = (before.scope(), after.scope());
+    let barrier = [vk::ImageMemoryBarrier2::default()
+        .src_stage_mask(src_stage)
+        .src_access_mask(src_access)
+        .dst_stage_mask(dst_stage)
+        .dst_access_mask(dst_access)
+        .old_layout(before.layout())
+        .new_layout(after.layout())
+        .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .image(image.raw)
+        .subresource_range(image.range())];
+    // SAFETY: the command buffer is recording outside of rendering
+    unsafe { device.cmd_pipeline_barrier2(cmd, &vk::DependencyInfo::default().image_memory_barriers(&barrier)) };
+}
+
+/// Forgets what an image holds after its last use as `last` and readies it for `next`.
+pub(crate) fn discard(device: &ash::Device, cmd: vk::CommandBuffer, image: &Image, last: Access, next: Access) {
+    let ((src_stage, _), (dst_stage, dst_access)) = (last.scope(), next.scope());
+    let (_, src_access) = match last {
+        Access::ComputeRead | Access::TransferRead | Access::Nothing => (S::NONE, A::NONE),
+        writer => writer.scope(),
+    };
+    let barrier = [vk::ImageMemoryBarrier2::default()
+        .src_stage_mask(src_stage)
+        .src_access_mask(src_access)
+        .dst_stage_mask(dst_stage)
+        .dst_access_mask(dst_access)
+        .old_layout(L::UNDEFINED)
+        .new_layout(next.layout())
+        .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .image(image.raw)
+        .subresource_range(image.range())];
+    // SAFETY: the command buffer is recording outside of rendering
+    unsafe { device.cmd_pipeline_barrier2(cmd, &vk::DependencyInfo::default().image_memory_barriers(&barrier)) };
+}
+
+/// Where timestamps are taken.
+pub(crate) const TIMESTAMP_STAGE: S = S::BOTTOM_OF_PIPE;

@@ -1,0 +1,55 @@
+//! Everything that crosses the border between a host renderer and the engine, as plain handles.
+
+use ash::vk;
+
+/// What the engine draws: buffers that the host fills and keeps alive and unchanged while frames run.
+/// All need `STORAGE_BUFFER` usage; `positions` and `attributes` also `VERTEX_BUFFER`, `indices` also `INDEX_BUFFER`.
+#[derive(Debug, Clone, Copy)]
+pub struct SceneBuffers {
+    /// Tightly packed `vec3` positions in mesh space.
+    pub positions: vk::Buffer,
+    /// 12 bytes a vertex: `vec2` texture coordinate, RGBA8 colour.
+    pub attributes: vk::Buffer,
+    /// 32-bit absolute indices, three a triangle, followed by room for `Config::index_capacity` more.
+    pub indices: vk::Buffer,
+    /// Number of indices before that room.
+    pub index_count: u32,
+    /// `Cluster` structs.
+    pub clusters: vk::Buffer,
+    /// `Instance` structs.
+    pub instances: vk::Buffer,
+    /// `Material` structs.
+    pub materials: vk::Buffer,
+    /// RGBA8 texels.
+    pub texels: vk::Buffer,
+    /// `Caster` structs: opaque ones first, then alpha-tested ones.
+    pub casters: vk::Buffer,
+    /// Number of casters.
+    pub caster_count: u32,
+    /// Index of the first alpha-tested caster.
+    pub first_masked: u32,
+    /// Lower corner of the casters' bounds relative to the scene's origin.
+    pub bounds_min: [f64; 3],
+    /// Upper corner.
+    pub bounds_max: [f64; 3],
+}
+
+/// What the camera saw: images in `SHADER_READ_ONLY_OPTIMAL` when the engine's commands run.
+#[derive(Debug, Clone, Copy)]
+pub struct Receivers {
+    /// D32 depth, reversed (near 1, far 0; 0 where there is no surface).
+    pub depth: vk::ImageView,
+    /// R32_UINT: geometric normal towards the eye, octahedral, two 16-bit signed fractions.
+    pub normal: vk::ImageView,
+}
+
+/// What changes from frame to frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrameInput {
+    /// The camera; positions in world space.
+    pub camera: crate::Camera,
+    /// World position of the scene's origin.
+    pub origin: glam::DVec3,
+    /// Direction in which the light travels, world space, any length but zero.
+    pub light_direction: glam::DVec3,
+}

@@ -1,0 +1,284 @@
+//! Instance, device and queue of the lab; what devices there are and what they lack.
+
+use super::{LabError, LabOptions};
+use crate::error::{Context, Error};
+use crate::gpu::{self, Gpu, HostDevice};
+use ash::vk;
+use std::ffi::{CStr, c_void};
+use std::sync::{Arc, Mutex};
+
+/// A Vulkan device as `umbrage info` lists it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DeviceReport {
+    /// Index for `--device`.
+    pub index: usize,
+    /// Name as the driver reports it.
+    pub name: String,
+    /// `discrete`, `integrated`, `virtual`, `cpu` or `other`.
+    pub kind: &'static str,
+    /// Vulkan version.
+    pub api_version: String,
+    /// Name and version of the driver.
+    pub driver: String,
+    /// What it lacks, one phrase each; empty when the engine can run on it.
+    pub missing: Vec<String>,
+    /// Optional things and whether they are there.
+    pub notes: Vec<String>,
+}
+
+/// Owns the Vulkan objects; dropped after everything made from them.
+pub(crate) struct LabDevice {
+    pub(crate) report: DeviceReport,
+    pub(crate) handles: HostDevice,
+    queue: vk::Queue,
+    pool: vk::CommandPool,
+    cmd: vk::CommandBuffer,
+    fence: vk::Fence,
+    owned: OwnedInstance,
+}
+
+struct OwnedInstance {
+    _entry: ash::Entry,
+    instance: ash::Instance,
+    messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
+    messages: Box<Mutex<Vec<String>>>,
+}
+
+impl Drop for OwnedInstance {
+    fn drop(&mut self) {
+        // SAFETY: everything made from the instance is gone
+        unsafe {
+            if let Some((utils, messenger)) = &self.messenger {
+                utils.destroy_debug_utils_messenger(*messenger, None);
+            }
+            self.instance.destroy_instance(None);
+        }
+    }
+}
+
+impl Drop for LabDevice {
+    fn drop(&mut self) {
+        // SAFETY: all users hold this object alive, so nothing else of the device is left
+        unsafe {
+            let device = &self.handles.device;
+            let _ = device.device_wait_idle();
+            device.destroy_fence(self.fence, None);
+            device.destroy_command_pool(self.pool, None);
+            device.destroy_device(None);
+        }
+        let _ = &self.owned;
+    }
+}
+
+const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
+
+unsafe extern "system" fn on_message(
+    severity: vk::DebugUtilsMessageSeverityFlagsEXT,
+    _: vk::DebugUtilsMessageTypeFlagsEXT,
+    data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
+    user: *mut c_void,
+) -> vk::Bool32 {
+    // SAFETY: the layer passes valid data; `user` is the mutex of the instance that owns this messenger
+    let (text, messages) = unsafe {
+        let text = (*data).message_as_c_str().map(|t| t.to_string_lossy().into_owned()).unwrap_or_default();
+        (text, &*user.cast::<Mutex<Vec<String>>>())
+    };
+    if let Ok(mut messages) = messages.lock() {
+        messages.push(format!("{severity:?}: {text}"));
+    }
+    vk::FALSE
+}
+
+impl OwnedInstance {
+    fn new(validation: bool) -> Result<Self, LabError> {
+        // SAFETY: loading the system's Vulkan loader
+        let entry = unsafe { ash::Entry::load() }.map_err(|error| {
+            LabError::Refused(format!("no Vulkan loader was found ({error}); on Debian it is in the package libvulkan1"))
+        })?;
+        // SAFETY: plain queries and create calls with complete infos
+        unsafe {
+            let extensions = entry.enumerate_instance_extension_properties(None).unwrap_or_default();
+            let has = |name: &CStr| extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
+            let layers = entry.enumerate_instance_layer_properties().unwrap_or_default();
+            let has_layer = layers.iter().any(|l| l.layer_name_as_c_str() == Ok(VALIDATION));
+            if validation && !has_layer {
+                let what = "validation was asked for but the layer VK_LAYER_KHRONOS_validation is missing; on Debian it is in the package vulkan-validationlayers";
+                return Err(LabError::Refused(what.into()));
+            }
+            let app = vk::ApplicationInfo::default().application_name(c"umbrage").api_version(vk::API_VERSION_1_3);
+            let mut names = Vec::new();
+            let debug = validation;
+            if debug {
+                names.push(ash::ext::debug_utils::NAME.as_ptr());
+            }
+            let portability = has(ash::khr::portability_enumeration::NAME);
+            if portability {
+                names.push(ash::khr::portability_enumeration::NAME.as_ptr());
+            }
+            let layer_names: Vec<_> = if validation { vec![VALIDATION.as_ptr()] } else { Vec::new() };
+            let enables = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+            let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enables);
+            let mut info = vk::InstanceCreateInfo::default()
+                .application_info(&app)
+                .enabled_extension_names(&names)
+                .enabled_layer_names(&layer_names);
+            if portability {
+                info = info.flags(vk::InstanceCreateFlags::ENUMERATE_PORTABILITY_KHR);
+            }
+            if validation {
+                info = info.push_next(&mut features);
+            }
+            let instance = entry.create_instance(&info, None).context("vkCreateInstance")?;
+            let mut owned = Self { _entry: entry, instance, messenger: None, messages: Box::default() };
+            if debug {
+                use vk::{DebugUtilsMessageSeverityFlagsEXT as S, DebugUtilsMessageTypeFlagsEXT as T};
+                let utils = ash::ext::debug_utils::Instance::new(&owned._entry, &owned.instance);
+                let info = vk::DebugUtilsMessengerCreateInfoEXT::default()
+                    .message_severity(S::ERROR | S::WARNING)
+                    .message_type(T::VALIDATION | T::PERFORMANCE)
+                    .pfn_user_callback(Some(on_message))
+                    .user_data(std::ptr::from_ref::<Mutex<Vec<String>>>(&owned.messages).cast_mut().cast());
+                let messenger = utils.create_debug_utils_messenger(&info, None).context("vkCreateDebugUtilsMessengerEXT")?;
+                owned.messenger = Some((utils, messenger));
+            }
+            Ok(owned)
+        }
+    }
+
+    fn reports(&self) -> Result<Vec<(vk::PhysicalDevice, DeviceReport)>, LabError> {
+        // SAFETY: the instance is alive
+        let devices = unsafe { self.instance.enumerate_physical_devices() }.context("vkEnumeratePhysicalDevices")?;
+        Ok(devices.into_iter().enumerate().map(|(index, device)| (device, self.report(index, device))).collect())
+    }
+
+    fn report(&self, index: usize, device: vk::PhysicalDevice) -> DeviceReport {
+        let mut driver = vk::PhysicalDeviceDriverProperties::default();
+        let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
+        let mut vulkan12 = vk::PhysicalDeviceVulkan12Features::default();
+        let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut vulkan12);
+        // SAFETY: the physical device belongs to the instance
+        let missing = unsafe {
+            self.instance.get_physical_device_properties2(device, &mut properties);
+            self.instance.get_physical_device_features2(device, &mut features);
+            gpu::missing_features(&self.instance, device)
+        };
+        let p = properties.properties;
+        let text = |t: Result<&CStr, _>| t.map(|t: &CStr| t.to_string_lossy().into_owned()).unwrap_or_default();
+        let version = |v: u32| format!("{}.{}.{}", vk::api_version_major(v), vk::api_version_minor(v), vk::api_version_patch(v));
+        let yes = |v: vk::Bool32| if v == vk::TRUE { "yes" } else { "no" };
+        let layers = p.limits.max_image_array_layers.min(p.limits.max_framebuffer_layers);
+        let driver = format!("{} {}", text(driver.driver_name_as_c_str()), text(driver.driver_info_as_c_str()));
+        DeviceReport {
+            index,
+            name: text(p.device_name_as_c_str()),
+            kind: match p.device_type {
+                vk::PhysicalDeviceType::DISCRETE_GPU => "discrete",
+                vk::PhysicalDeviceType::INTEGRATED_GPU => "integrated",
+                vk::PhysicalDeviceType::VIRTUAL_GPU => "virtual",
+                vk::PhysicalDeviceType::CPU => "cpu",
+                _ => "other",
+            },
+            api_version: version(p.api_version),
+            driver: driver.trim().to_owned(),
+            missing,
+            notes: vec![
+                format!("drawIndirectCount: {}", yes(vulkan12.draw_indirect_count)),
+                format!("pages of 128x128 texels: at most {layers} ({} MiB)", layers / 16),
+                format!("largest conventional map: {0}x{0}", p.limits.max_image_dimension2_d),
+            ],
+        }
+    }
+}
+
+/// All Vulkan devices of this machine.
+///
+/// # Errors
+/// [`LabError::Refused`] when there is no Vulkan loader.
+pub fn devices() -> Result<Vec<DeviceReport>, LabError> {
+    Ok(OwnedInstance::new(false)?.reports()?.into_iter().map(|(_, report)| report).collect())
+}
+
+/// Opens the device that the options choose, or the best usable one: discrete before integrated before others.
+pub(crate) fn open(options: &LabOptions) -> Result<(Arc<LabDevice>, Arc<Gpu>), LabError> {
+    let owned = OwnedInstance::new(options.validation)?;
+    let reports = owned.reports()?;
+    let rank = |kind| ["discrete", "integrated", "virtual", "other", "cpu"].iter().position(|k| *k == kind);
+    let (physical_device, report) = match options.device {
+        Some(index) => reports.get(index).cloned().ok_or_else(|| {
+            LabError::Usage(format!("--device {index} does not exist; there are {} Vulkan devices, numbered from 0", reports.len()))
+        })?,
+        None => reports.iter().filter(|(_, r)| r.missing.is_empty()).min_by_key(|(_, r)| rank(r.kind)).cloned().ok_or_else(|| {
+            LabError::Refused(format!("none of the {} Vulkan devices is usable; `umbrage info` says what each lacks", reports.len()))
+        })?,
+    };
+    if let Some(what) = report.missing.first() {
+        return Err(LabError::Refused(format!("device {} ({}) lacks {what}", report.index, report.name)));
+    }
+    let instance = owned.instance.clone();
+    // SAFETY: the handles are alive; infos are complete; on failure nothing but the instance is left, which `owned` frees
+    let device = unsafe {
+        let families = instance.get_physical_device_queue_family_properties(physical_device);
+        let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+        let family = families
+            .iter()
+            .position(|f| f.queue_flags.contains(wanted) && f.timestamp_valid_bits > 0)
+            .ok_or_else(|| Error::Unsupported { what: "no queue offers graphics, compute and timestamps".into() })? as u32;
+        let mut needs = gpu::requirements(&instance, physical_device);
+        let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
+        let info = vk::DeviceCreateInfo::default()
+            .queue_create_infos(&queues)
+            .enabled_features(&needs.features)
+            .push_next(&mut needs.vulkan12)
+            .push_next(&mut needs.vulkan13);
+        let device = instance.create_device(physical_device, &info, None).context("vkCreateDevice")?;
+        let queue = device.get_device_queue(family, 0);
+        let mut lab = LabDevice {
+            report,
+            handles: HostDevice { instance, physical_device, device, debug_utils: owned.messenger.is_some() },
+            queue,
+            pool: vk::CommandPool::null(),
+            cmd: vk::CommandBuffer::null(),
+            fence: vk::Fence::null(),
+            owned,
+        };
+        let device = &lab.handles.device;
+        let info = vk::CommandPoolCreateInfo::default()
+            .queue_family_index(family)
+            .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER);
+        lab.pool = device.create_command_pool(&info, None).context("vkCreateCommandPool")?;
+        let info = vk::CommandBufferAllocateInfo::default().command_pool(lab.pool).command_buffer_count(1);
+        lab.cmd = device.allocate_command_buffers(&info).context("vkAllocateCommandBuffers")?[0];
+        lab.fence = device.create_fence(&vk::FenceCreateInfo::default(), None).context("vkCreateFence")?;
+        Arc::new(lab)
+    };
+    // SAFETY: `Gpu` keeps the device alive through its owner
+    let gpu = unsafe { Gpu::owned(&device.handles, Some(device.clone()))? };
+    Ok((device, gpu))
+}
+
+impl LabDevice {
+    pub(crate) fn messages(&self) -> Vec<String> {
+        self.owned.messages.lock().map(|m| m.clone()).unwrap_or_default()
+    }
+
+    /// The lab's command buffer, recording. There is one; submissions are waited for.
+    pub(crate) fn begin(&self) -> Result<vk::CommandBuffer, Error> {
+        let info = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the last submission of this command buffer was waited for
+        unsafe { self.handles.device.begin_command_buffer(self.cmd, &info) }.context("vkBeginCommandBuffer")?;
+        Ok(self.cmd)
+    }
+
+    pub(crate) fn submit_and_wait(&self, cmd: vk::CommandBuffer) -> Result<(), Error> {
+        let device = &self.handles.device;
+        // SAFETY: the command buffer was begun by `begin`
+        unsafe {
+            device.end_command_buffer(cmd).context("vkEndCommandBuffer")?;
+            device.reset_fences(&[self.fence]).context("vkResetFences")?;
+            let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(cmd)];
+            let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
+            device.queue_submit2(self.queue, &submit, self.fence).context("vkQueueSubmit2")?;
+            device.wait_for_fences(&[self.fence], true, u64::MAX).context("vkWaitForFences")
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! The engine itself behind the method trait: resolution-matched shadow maps (Lefohn et al. 2007; book, 4.4.2).
+
+use super::{FrameTimes, LevelStatistics, Method, MethodInfo, MethodSpec, Parameter, Statistics, hard_directional};
+use crate::engine::Engine;
+use crate::engine::constants::{Grid, ROOT_LEVEL};
+use crate::gpu::sync::Access;
+use crate::lab::{Lab, LabError};
+use crate::{Config, LevelRule, RequestRoute};
+
+const PARAMETERS: &[Parameter] = &[
+    Parameter { key: "atlas_mib", default: "64", allowed: "1 to 1024", meaning: "device memory of the atlas in MiB" },
+    Parameter { key: "bias", default: "-3", allowed: "-8 to 8", meaning: "finest level allowed, relative to one texel a pixel" },
+    Parameter { key: "level", default: "min_length", allowed: "area or min_length", meaning: "level rule" },
+    Parameter { key: "requests", default: "flags", allowed: "sort or flags", meaning: "route from pixels to pages" },
+    Parameter { key: "page", default: "128", allowed: "64, 128, 256 or 512", meaning: "side of a page in texels" },
+    Parameter { key: "gutter", default: "0", allowed: "0 to 8", meaning: "border of a page in texels" },
+    Parameter { key: "depth_bias", default: "0.1", allowed: "0 to 16", meaning: "depth bias in texels of the page" },
+    Parameter { key: "pairs", default: "131072", allowed: "1024 to 1048576", meaning: "most (cluster, page) pairs a frame" },
+    Parameter { key: "keys", default: "16384", allowed: "1024 to 65536, a power of two", meaning: "most distinct pages asked for" },
+];
+
+pub(super) const INFO: MethodInfo = MethodInfo {
+    name: "rmsm",
+    source: "Lefohn, Sengupta, Owens 2007; Eisemann et al. 2011, 4.4.2; order of service: Fernando 2002, 2.4",
+    summary: "Resolution-matched pages from a virtual map of 2^21 texels a side, drawn and looked up on the GPU",
+    parameters: PARAMETERS,
+};
+
+pub(super) fn config(spec: &MethodSpec, size: [u32; 2]) -> Result<Config, LabError> {
+    spec.known(PARAMETERS)?;
+    let mut config = Config::new(size);
+    config.atlas_bytes = u64::from(spec.u32_in("atlas_mib", 64, 1..=1024)?) << 20;
+    config.level_bias = spec.f32_in("bias", config.level_bias, -8.0..=8.0)?;
+    config.level_rule = match spec.one_of("level", "min_length", &["area", "min_length"])? {
+        "area" => LevelRule::Area,
+        _ => LevelRule::MinLength,
+    };
+    config.route = match spec.one_of("requests", "flags", &["sort", "flags"])? {
+        "sort" => RequestRoute::Sort,
+        _ => RequestRoute::Flags,
+    };
+    config.page_texels = spec.one_of("page", "128", &["64", "128", "256", "512"])?.parse().unwrap_or(128);
+    config.gutter = spec.u32_in("gutter", config.gutter, 0..=8)?;
+    config.bias_texels = spec.f32_in("depth_bias", config.bias_texels, 0.0..=16.0)?;
+    config.pair_capacity = spec.u32_in("pairs", config.pair_capacity, 1024..=1 << 20)?;
+    config.request_capacity = spec.u32_in("keys", config.request_capacity, 1024..=65536)?;
+    Ok(config)
+}
+
+pub(super) struct Rmsm {
+    engine: Engine,
+}
+
+impl Rmsm {
+    pub(super) fn new(spec: &MethodSpec, lab: &Lab) -> Result<Self, LabError> {
+        hard_directional(spec, lab)?;
+        let config = config(spec, lab.view().size)?;
+        Ok(Self { engine: Engine::on(lab.gpu(), &config, lab.scene_buffers(), &lab.prepass().receivers())? })
+    }
+}
+
+impl Method for Rmsm {
+    fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError> {
+        let input = lab.frame_input();
+        let mut recorded = Ok(());
+        let times = lab.frame(|cmd, timer| recorded = self.engine.record_timed(cmd, &input, Some(timer)))?;
+        recorded?;
+        Ok(times)
+    }
+
+    fn visibility(&mut self, lab: &Lab) -> Result<Vec<f32>, LabError> {
+        Ok(bytemuck::pod_collect_to_vec(&lab.read_image(&self.engine.buffers.visibility, Access::TransferRead, 4)?))
+    }
+
+    fn memory(&self) -> Vec<(&'static str, u64)> {
+        self.engine.memory()
+    }
+
+    fn statistics(&mut self, lab: &Lab) -> Result<Statistics, LabError> {
+        let c = self.engine.counters();
+        let levels = (0..=ROOT_LEVEL as usize)
+            .map(|l| LevelStatistics { level: l as u32, requested: c.requested[l], resident: c.resident[l], refused: c.refused[l] })
+            .collect::<Vec<_>>();
+        let grid = Grid::new(lab.frame_input().light_direction, lab.scene_buffers())?;
+        let config = &self.engine.config;
+        let interior = f64::from(config.page_texels - 2 * config.gutter);
+        let finest = levels.iter().find(|l| l.resident > 0).map_or(ROOT_LEVEL as u32, |l| l.level);
+        let texel = grid.page * f64::from(1u32 << finest) / interior;
+        Ok(Statistics {
+            effective_resolution: grid.page * f64::from(1 << ROOT_LEVEL) / texel,
+            levels,
+            counters: [
+                ("requests", c.leaves),
+                ("nodes", c.leaves + c.nodes),
+                ("failed_insertions", c.failed),
+                ("coarsened_levels", c.shift),
+                ("pages_selected", c.pages),
+                ("pages_drawn", c.admitted),
+                ("page_capacity", config.page_capacity()),
+                ("pairs", c.pairs_asked),
+                ("pairs_drawn", c.pairs_opaque + c.pairs_masked),
+                ("triangles_drawn", c.triangles),
+                ("compacted_indices", c.indices),
+            ]
+            .map(|(name, value)| (name, u64::from(value)))
+            .to_vec(),
+        })
+    }
+}

@@ -1,0 +1,316 @@
+//! The program as a user meets it: files, tables, sentences and exit codes.
+#![cfg(feature = "cli")]
+
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use umbrage::methods::METHODS;
+use umbrage::output::{ExrImage, read_exr};
+
+const SIZE: [u32; 2] = [320, 180];
+
+/// An empty folder of one test, removed at its end.
+struct Place(PathBuf);
+
+impl Place {
+    fn new(test: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("umbrage-cli-{}-{test}", std::process::id()));
+        let _ = fs::remove_dir_all(&path);
+        fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    fn run(&self, arguments: &str) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_umbrage"));
+        command.current_dir(&self.0).args(arguments.split_whitespace()).output().unwrap()
+    }
+
+    fn good(&self, arguments: &str) -> String {
+        let output = self.run(arguments);
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(0), "{arguments}: {stderr}");
+        assert!(!stderr.contains("error:"), "{arguments}: {stderr}");
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    /// Runs what must fail: one sentence with all of `words`, this exit code, and not a file more than before.
+    fn bad(&self, arguments: &str, code: i32, words: &[&str]) {
+        let before = names(&self.0);
+        let output = self.run(arguments);
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        let errors: Vec<_> = stderr.lines().filter(|line| !line.starts_with("warning: ")).collect();
+        assert_eq!(output.status.code(), Some(code), "{arguments}: {stderr}");
+        assert!(matches!(errors[..], [line] if line.starts_with("error: ")), "{arguments}: {stderr}");
+        assert!(!stderr.contains("defect") && !stderr.contains("panicked"), "{arguments}: {stderr}");
+        for word in words {
+            assert!(stderr.contains(word), "{arguments}: {word} is not in: {stderr}");
+        }
+        assert_eq!(names(&self.0), before, "{arguments}");
+    }
+
+    fn json(&self, name: &str) -> Value {
+        serde_json::from_str(&fs::read_to_string(self.0.join(name)).unwrap()).unwrap()
+    }
+
+    fn exr(&self, name: &str) -> ExrImage {
+        read_exr(&self.0.join(name)).unwrap()
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// All paths below `folder`, hidden ones too.
+fn names(folder: &Path) -> Vec<PathBuf> {
+    let mut list = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            list.extend(names(&path));
+        }
+        list.push(path);
+    }
+    list.sort();
+    list
+}
+
+fn file_names(folder: &Path) -> Vec<String> {
+    names(folder).iter().map(|path| path.file_name().unwrap().to_string_lossy().into_owned()).collect()
+}
+
+fn number(json: &Value, pointer: &str) -> f64 {
+    json.pointer(pointer).and_then(Value::as_f64).unwrap_or_else(|| panic!("{pointer} is no number in {json}"))
+}
+
+fn ordered(spread: &Value, above_zero: bool) {
+    let [min, median, max] = ["/min", "/median", "/max"].map(|key| number(spread, key));
+    assert!(min <= median && median <= max && (min > 0.0 || !above_zero), "{spread}");
+}
+
+#[test]
+fn usage_errors() {
+    let place = Place::new("usage");
+    let cases: [(&str, &[&str]); 18] = [
+        ("", &["command", "allowed"]),
+        ("draw", &["'draw'"]),
+        ("render", &["--out"]),
+        ("render --out o --bogus", &["'--bogus'"]),
+        ("render --out o --size 0x720", &["--size", "'0x720'", "1 to 16384"]),
+        ("render --out o --size 1280x0", &["--size", "'1280x0'", "1 to 16384"]),
+        ("render --out o --size 100000x100000", &["--size", "'100000x100000'", "1 to 16384"]),
+        ("render --out o --size big", &["--size", "'big'", "allowed"]),
+        ("render --out o --frames 0", &["--frames", "'0'"]),
+        ("render --out o --device x", &["--device", "'x'"]),
+        ("render --out o --method nope", &["--method", "'nope'", "rmsm"]),
+        ("render --out o --method rmsm:nope=1", &["--method", "'nope'", "atlas_mib"]),
+        ("render --out o --method rmsm:atlas_mib=x", &["'x'", "atlas_mib", "allowed"]),
+        ("render --out o --method uniform:resolution=99999", &["'99999'", "resolution", "allowed"]),
+        ("render --out o --method rmsm:level=odd", &["'odd'", "area", "min_length"]),
+        ("compare --out o", &["--methods"]),
+        ("compare --out o --methods rmsm,", &["--methods"]),
+        ("compare --out o --methods resolution=4096,rmsm", &["--methods", "'resolution=4096'"]),
+    ];
+    for (arguments, words) in cases {
+        place.bad(arguments, 2, words);
+    }
+}
+
+#[test]
+fn input_that_cannot_be_used() {
+    let place = Place::new("input");
+    let write = |name: &str, text: &str| fs::write(place.0.join(name), text).unwrap();
+    write("file", "");
+    write("broken.json", "{");
+    write("broken.glb", "glTF nonsense");
+    write(
+        "dark.json",
+        r#"{"camera":{"eye":[0,1,5],"target":[0,0,0],"fov_y_deg":60},"lights":[{"type":"directional","direction":[0,0,0]}]}"#,
+    );
+    place.bad("render none.glb --out o", 1, &["none.glb"]);
+    place.bad("render broken.glb --out deep/er/o", 1, &["broken.glb"]);
+    place.bad("render --view none.json --out o", 1, &["none.json"]);
+    place.bad("render --view broken.json --out o", 1, &["broken.json", "line 1"]);
+    place.bad("compare --methods rmsm --view dark.json --out o", 1, &["dark.json", "lights[0].direction", "allowed"]);
+    place.bad("render --out file", 1, &["--out", "'file'", "allowed"]);
+    place.bad("render --out file/below", 1, &["--out", "'file/below'"]);
+    place.bad("render --out /proc/none", 1, &["--out", "'/proc/none'"]);
+    place.bad("render --size 16x9 --device 99 --out o", 2, &["99"]);
+}
+
+#[test]
+fn a_soft_light_is_refused_by_hard_methods() {
+    let place = Place::new("soft");
+    let light = r#"{"type":"directional","direction":[0,-1,0],"angular_diameter_deg":0.5}"#;
+    let camera = r#"{"eye":[0,1,5],"target":[0,0,0],"fov_y_deg":60}"#;
+    fs::write(place.0.join("v.json"), format!(r#"{{"camera":{camera},"lights":[{light}],"size":[16,9]}}"#)).unwrap();
+    for method in METHODS.iter().map(|m| m.name).filter(|name| ["rmsm", "uniform"].contains(name)) {
+        place.bad(&format!("render --view v.json --method {method} --out o"), 1, &[method]);
+    }
+}
+
+#[test]
+fn a_folder_in_a_files_place_leaves_nothing_behind() {
+    let place = Place::new("place");
+    fs::create_dir_all(place.0.join("o/image.png")).unwrap();
+    place.bad("render --size 16x9 --frames 1 --out o", 1, &["--out", "image.png"]);
+}
+
+#[test]
+fn help_has_examples() {
+    let place = Place::new("help");
+    for command in ["", "render", "compare", "methods", "info"] {
+        let text = place.good(&format!("{command} --help"));
+        assert!(text.contains("Example") && text.contains(&format!("umbrage {command}")), "{text}");
+    }
+}
+
+#[test]
+fn methods_lists_every_method_and_key() {
+    let text = Place::new("methods").good("methods");
+    for method in METHODS {
+        assert!(text.contains(method.name) && text.contains(method.source), "{}", method.name);
+        for key in method.parameters {
+            assert!(text.contains(key.key) && text.contains(key.allowed), "{}:{}", method.name, key.key);
+        }
+    }
+}
+
+#[test]
+fn info_lists_devices() {
+    let text = Place::new("info").good("info");
+    assert!(text.contains("lacks") || text.contains("mesa-vulkan-drivers"), "{text}");
+}
+
+#[test]
+fn info_without_a_driver_says_how_to_get_one() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_umbrage"));
+    let none = [("VK_DRIVER_FILES", "/nonexistent.json"), ("VK_ICD_FILENAMES", "/nonexistent.json")];
+    let output = command.arg("info").envs(none).output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    assert!(String::from_utf8_lossy(&output.stdout).contains("mesa-vulkan-drivers"));
+}
+
+#[test]
+fn render_writes_what_it_promises() {
+    let place = Place::new("render");
+    let text = place.good("render --size 320x180 --truth --frames 2 --out deep/er/a");
+    assert!(text.contains("mismatch") && text.contains("deep/er/a"), "{text}");
+    let files = ["difference.png", "gbuffer.exr", "image.png", "stats.json", "view.json", "visibility.exr"];
+    assert_eq!(file_names(&place.0.join("deep/er/a")), files);
+
+    let visibility = place.exr("deep/er/a/visibility.exr");
+    assert_eq!([visibility.width, visibility.height], SIZE);
+    assert_eq!(visibility.channels.len(), 1);
+    let v = visibility.channel("V").unwrap();
+    assert!(v.iter().all(|v| (0.0..=1.0).contains(v)) && v.contains(&0.0) && v.contains(&1.0));
+
+    let gbuffer = place.exr("deep/er/a/gbuffer.exr");
+    assert_eq!(gbuffer.channels.len(), 7);
+    let [px, py, pz] = ["P.X", "P.Y", "P.Z"].map(|name| gbuffer.channel(name).unwrap());
+    let [nx, ny, nz] = ["N.X", "N.Y", "N.Z"].map(|name| gbuffer.channel(name).unwrap());
+    let hit = gbuffer.channel("hit").unwrap();
+    assert!(hit.contains(&1.0) && hit.iter().all(|h| [0.0, 1.0].contains(h)));
+    let stats = place.json("deep/er/a/stats.json");
+    let bound = |side: &str, axis: usize| number(&stats, &format!("/scene/bounds_{side}/{axis}")) as f32;
+    for i in (0..hit.len()).filter(|&i| hit[i] == 1.0) {
+        assert!(((nx[i] * nx[i] + ny[i] * ny[i] + nz[i] * nz[i]) - 1.0).abs() < 1e-3);
+        for (axis, p) in [px[i], py[i], pz[i]].into_iter().enumerate() {
+            assert!(
+                (bound("min", axis) - 0.05..=bound("max", axis) + 0.05).contains(&p),
+                "pixel {i}, axis {axis}: {p}"
+            );
+        }
+    }
+    assert!((0..hit.len()).filter(|&i| hit[i] == 0.0).all(|i| v[i] == 1.0));
+
+    for key in ["device", "driver", "method"] {
+        assert!(stats[key].as_str().is_some_and(|text| !text.is_empty()), "{key}");
+    }
+    assert_eq!(number(&stats, "/frames"), 2.0);
+    for time in ["prepass_ms", "ms", "wall_ms"] {
+        ordered(&stats[time], true);
+    }
+    let stages = stats["stages"].as_object().unwrap();
+    assert!(!stages.is_empty());
+    stages.values().for_each(|stage| ordered(stage, false));
+    for count in ["requested", "resident", "refused"] {
+        let levels = stats["pages"]["levels"].as_array().unwrap();
+        let sum: f64 = levels.iter().map(|level| number(level, &format!("/{count}"))).sum();
+        assert_eq!(number(&stats, &format!("/pages/{count}")), sum, "{count}");
+    }
+    assert!(number(&stats, "/pages/resident") > 0.0 && number(&stats, "/effective_resolution") > 0.0);
+    let purposes = stats["bytes"]["by_purpose"].as_object().unwrap();
+    assert_eq!(number(&stats, "/bytes/total"), purposes.values().filter_map(Value::as_f64).sum::<f64>());
+    assert!(number(&stats, "/scene/drawn_triangles") > 0.0 && stats["counters"].is_object());
+    for metric in ["mismatch", "edge_error", "off_edge", "acne", "leak", "lost"] {
+        assert!((0.0..100.0).contains(&number(&stats, &format!("/truth/{metric}"))), "{metric}");
+    }
+}
+
+#[test]
+fn the_written_view_gives_the_same_picture() {
+    let place = Place::new("again");
+    place.good("render --size 320x180 --frames 1 --quiet --out a");
+    place.good("render --view a/view.json --frames 1 --quiet --out b");
+    assert_eq!(place.exr("a/visibility.exr"), place.exr("b/visibility.exr"));
+    assert_eq!(place.exr("a/gbuffer.exr"), place.exr("b/gbuffer.exr"));
+    assert_eq!(place.json("a/view.json"), place.json("b/view.json"));
+    let view = place.json("a/view.json");
+    assert_eq!(view["size"], serde_json::json!(SIZE));
+    for key in ["eye", "target", "up", "fov_y_deg", "near", "far"] {
+        assert!(!view["camera"][key].is_null(), "{key}");
+    }
+    place.good("render --view a/view.json --size 64x36 --frames 1 --quiet --out c");
+    assert_eq!(place.json("c/view.json")["size"], serde_json::json!([64, 36]));
+}
+
+#[test]
+fn debug_pictures_on_request() {
+    let place = Place::new("debug");
+    place.good("render --size 320x180 --frames 1 --debug --out a");
+    let debug = file_names(&place.0.join("a")).into_iter().filter(|name| name.starts_with("debug_"));
+    assert!(debug.count() >= 4);
+}
+
+#[test]
+fn quiet_is_silent() {
+    let place = Place::new("quiet");
+    for command in ["render", "compare --methods raytraced --rounds 1"] {
+        let output = place.run(&format!("{command} --size 16x9 --quiet --out o"));
+        assert_eq!((output.status.code(), output.stdout.len(), output.stderr.len()), (Some(0), 0, 0), "{command}");
+    }
+}
+
+#[test]
+fn compare_writes_what_it_promises() {
+    let place = Place::new("compare");
+    let typed = ["rmsm", "uniform:fit=samples,resolution=2048", "raytraced", "rmsm:level=min_length"];
+    let text = place.good(&format!("compare --size 320x180 --rounds 2 --methods {} --out a", typed.join(",")));
+    for word in typed.iter().chain(&["ratio", "MiB", "mismatch", "edge_error", "off_edge", "lost"]) {
+        assert!(text.contains(word), "{word} is not in: {text}");
+    }
+    assert_eq!(file_names(&place.0.join("a")), ["compare.json", "comparison.png", "view.json"]);
+    let json = place.json("a/compare.json");
+    assert_eq!(json["scene"], "builtin");
+    assert_eq!(json["view"], place.json("a/view.json"));
+    assert!(json["device"].is_string() && json["driver"].is_string());
+    let rows = json["rows"].as_array().unwrap();
+    assert_eq!(rows.iter().map(|row| row["method"].as_str().unwrap()).collect::<Vec<_>>(), typed);
+    let first = number(&rows[0], "/ms/median");
+    for row in rows {
+        ordered(&row["ms"], true);
+        assert!((number(row, "/ratio") - number(row, "/ms/median") / first).abs() < 1e-9);
+        for key in ["bytes", "cold_ms", "wall_ms"] {
+            assert!(number(row, &format!("/{key}")) > 0.0, "{key}");
+        }
+        for metric in ["mismatch", "edge_error", "off_edge", "acne", "leak", "lost"] {
+            assert!((0.0..100.0).contains(&number(row, &format!("/{metric}"))), "{metric}");
+        }
+        assert!(number(row, "/prepass_ms") >= 0.0 && row["stages"].is_object());
+    }
+    assert_eq!(number(&rows[2], "/mismatch"), 0.0);
+}

@@ -1,0 +1,596 @@
+//! The ray tracer against brute force, the rule of decided pixels, and the metrics on images small enough to count.
+#![cfg(feature = "lab")]
+
+use glam::{DVec3, Vec3};
+use umbrage::Light;
+use umbrage::scene::{Attributes, Instance, Material, Mesh, NO_TEXTURE, Scene};
+use umbrage::truth::{
+    GBuffer, PixelClass, Reference, Tracer, alpha_at, classify, compare, reference, reference_soft, rmse,
+};
+
+const IDENTITY: [[f32; 4]; 3] = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+
+struct Random(u64);
+
+impl Random {
+    fn bits(&mut self) -> u32 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 32) as u32
+    }
+    /// In 0..1.
+    fn unit(&mut self) -> f32 {
+        self.bits() as f32 / 4_294_967_808.0
+    }
+    /// In -1..1.
+    fn signed(&mut self) -> f32 {
+        2.0 * self.unit() - 1.0
+    }
+    fn vec(&mut self) -> Vec3 {
+        Vec3::new(self.signed(), self.signed(), self.signed())
+    }
+}
+
+fn material() -> Material {
+    Material {
+        base_color: [1.0; 4],
+        uv_row0: [1.0, 0.0, 0.0, 0.0],
+        uv_row1: [0.0, 1.0, 0.0, 0.0],
+        texel_offset: NO_TEXTURE,
+        width: 0,
+        height: 0,
+        wrap: 0,
+        alpha_cutoff: 0.0,
+        pad: [0; 3],
+    }
+}
+
+fn empty_scene() -> Scene {
+    Scene {
+        bounds_min: DVec3::splat(-1.0),
+        bounds_max: DVec3::splat(1.0),
+        materials: vec![material()],
+        ..Scene::default()
+    }
+}
+
+/// Adds a mesh of loose triangles (corner, uv, vertex alpha) with its own copy of `material`.
+fn add_mesh(scene: &mut Scene, corners: &[(Vec3, [f32; 2], u8)], material: Material, rows: &[[[f32; 4]; 3]]) {
+    let (mesh, first_index) = (scene.meshes.len() as u32, scene.indices.len() as u32);
+    let material_index = scene.materials.len() as u32;
+    scene.materials.push(material);
+    for (position, uv, alpha) in corners {
+        scene.indices.push(scene.positions.len() as u32);
+        scene.positions.push(position.to_array());
+        scene.attributes.push(Attributes { uv: *uv, color: u32::from(*alpha) << 24 | 0x00ff_ffff });
+    }
+    scene.meshes.push(Mesh {
+        first_index,
+        index_count: corners.len() as u32,
+        first_cluster: 0,
+        cluster_count: 0,
+        material: material_index,
+        first_instance: scene.instances.len() as u32,
+        instance_count: rows.len() as u32,
+        casts: true,
+        alpha_tested: material.alpha_cutoff > 0.0,
+    });
+    let instance = |rows: &_| Instance { rows: *rows, material: material_index, mesh, pad: [0; 2] };
+    scene.instances.extend(rows.iter().map(instance));
+}
+
+/// A quad at height `y` over `min..max` in x and z.
+fn add_quad(scene: &mut Scene, y: f32, min: [f32; 2], max: [f32; 2]) {
+    let p = |x: f32, z: f32| (Vec3::new(x, y, z), [0.0; 2], 255);
+    let (a, b, c, d) = (p(min[0], min[1]), p(max[0], min[1]), p(max[0], max[1]), p(min[0], max[1]));
+    add_mesh(scene, &[a, b, c, a, c, d], material(), &[IDENTITY]);
+}
+
+fn soup(random: &mut Random, triangles: usize, instances: usize, wrap: u32, alpha: bool) -> Scene {
+    let mut scene = empty_scene();
+    scene.texels = (0..5 * 3).map(|_| random.bits()).collect();
+    for textured in [false, alpha] {
+        let corners: Vec<_> = (0..triangles)
+            .flat_map(|_| {
+                let (center, size) = (random.vec(), 1.5 * random.unit());
+                [0; 3].map(|_| {
+                    let alpha = 128 + (random.bits() % 128) as u8;
+                    (center + size * random.vec(), [3.0 * random.signed(), 3.0 * random.signed()], alpha)
+                })
+            })
+            .collect();
+        let mut m = material();
+        if textured {
+            m = Material {
+                texel_offset: 0,
+                width: 5,
+                height: 3,
+                wrap,
+                alpha_cutoff: 0.4,
+                uv_row0: [0.8, -0.3, 0.2, 0.0],
+                uv_row1: [0.4, 1.1, -0.1, 0.0],
+                ..m
+            };
+            m.base_color[3] = 0.9;
+        }
+        let rows: Vec<_> = (0..instances)
+            .map(|k| {
+                let (axes, at) = ([random.vec(), random.vec(), random.vec()], 2.0 * random.vec());
+                // one instance is flattened: its matrix has no inverse
+                let x = if k == 1 { Vec3::ZERO } else { axes[0] };
+                [0, 1, 2].map(|r| [x[r], axes[1][r], axes[2][r], at[r]])
+            })
+            .collect();
+        add_mesh(&mut scene, &corners, m, &rows);
+    }
+    scene
+}
+
+/// Texture alpha by its definition: the sum over all texels of a tent filter, in f64, each mode as a list of copies.
+fn tent_alpha(m: &Material, texels: &[u32], uv: [f64; 2]) -> f64 {
+    let row = |r: [f32; 4]| f64::from(r[0]) * uv[0] + f64::from(r[1]) * uv[1] + f64::from(r[2]);
+    let weights = |x: f64, n: i64, mode: u32| -> Vec<f64> {
+        let mut w = vec![0.0; n as usize];
+        for i in -20 * n..20 * n {
+            let tent = 1.0 - (x * n as f64 - (i as f64 + 0.5)).abs();
+            if tent > 0.0 {
+                let folded = match mode {
+                    0 => i.rem_euclid(n),
+                    1 if i.div_euclid(n) % 2 != 0 => n - 1 - i.rem_euclid(n),
+                    1 => i.rem_euclid(n),
+                    _ => i.max(0).min(n - 1),
+                };
+                w[folded as usize] += tent;
+            }
+        }
+        w
+    };
+    let wx = weights(row(m.uv_row0), i64::from(m.width), m.wrap & 3);
+    let wy = weights(row(m.uv_row1), i64::from(m.height), m.wrap >> 2);
+    let alpha = |x: usize, y: usize| f64::from(texels[y * m.width as usize + x] >> 24) / 255.0;
+    let sum_row = |y: usize| (0..wx.len()).map(|x| wx[x] * alpha(x, y)).sum::<f64>();
+    (0..wy.len()).map(|y| wy[y] * sum_row(y)).sum()
+}
+
+/// Moeller-Trumbore over everything; `None` when the answer hangs on rounding.
+fn brute_force(scene: &Scene, origin: DVec3, direction: DVec3, t_max: f64) -> Option<bool> {
+    let mut found = false;
+    for mesh in scene.meshes.iter().filter(|m| m.casts) {
+        let m = &scene.materials[mesh.material as usize];
+        for instance in &scene.instances[mesh.first_instance as usize..][..mesh.instance_count as usize] {
+            let rows = instance.rows.map(|r| r.map(f64::from));
+            for corner in scene.indices[mesh.first_index as usize..][..mesh.index_count as usize].chunks(3) {
+                let at = |k: usize| {
+                    let p = Vec3::from_array(scene.positions[corner[k] as usize]).as_dvec3();
+                    DVec3::from_array(rows.map(|r| r[0] * p.x + r[1] * p.y + r[2] * p.z + r[3]))
+                };
+                let (p0, e1, e2) = (at(0), at(1) - at(0), at(2) - at(0));
+                let q = direction.cross(e2);
+                let det = e1.dot(q);
+                if det.abs() < 1e-9 {
+                    continue;
+                }
+                let u = (origin - p0).dot(q) / det;
+                let r = (origin - p0).cross(e1);
+                let (v, t) = (direction.dot(r) / det, e2.dot(r) / det);
+                let inside = u.min(v).min(1.0 - u - v).min(t).min(t_max - t);
+                if inside.abs() < 1e-4 {
+                    return None;
+                }
+                if inside < 0.0 {
+                    continue;
+                }
+                if mesh.alpha_tested {
+                    let a = [0, 1, 2].map(|k| scene.attributes[corner[k] as usize]);
+                    let mix = |f: &dyn Fn(&Attributes) -> f64| (1.0 - u - v) * f(&a[0]) + u * f(&a[1]) + v * f(&a[2]);
+                    let uv = [mix(&|a| a.uv[0].into()), mix(&|a| a.uv[1].into())];
+                    let vertex = mix(&|a| f64::from(a.color >> 24) / 255.0);
+                    let over = f64::from(m.base_color[3]) * vertex * tent_alpha(m, &scene.texels, uv)
+                        - f64::from(m.alpha_cutoff);
+                    if over.abs() < 1e-3 {
+                        return None;
+                    }
+                    if over < 0.0 {
+                        continue;
+                    }
+                }
+                found = true;
+            }
+        }
+    }
+    Some(found)
+}
+
+#[test]
+fn tracer_equals_brute_force() {
+    let mut total = (0, 0);
+    for (seed, triangles, instances, alpha) in [
+        (1, 0, 1, false),
+        (2, 1, 1, false),
+        (3, 2, 3, true),
+        (4, 5, 1, true),
+        (5, 40, 1, true),
+        (6, 6, 9, true),
+        (7, 6, 9, false),
+    ] {
+        for wrap in [0b0000, 0b0101, 0b1010, 0b0110] {
+            let mut random = Random(seed);
+            let scene = soup(&mut random, triangles, instances, wrap, alpha);
+            let tracers = [Tracer::new(&scene), Tracer::with_flat_limit(&scene, 0)];
+            let (mut hits, mut misses) = (0, 0);
+            for _ in 0..300 {
+                let origin = 3.0 * random.vec().as_dvec3();
+                let direction = (2.0 * random.vec().as_dvec3() - origin) * 10f64.powi(random.bits() as i32 % 3);
+                let t_max = if random.bits() < 1 << 31 { f64::INFINITY } else { f64::from(2.0 * random.unit()) };
+                let Some(want) = brute_force(&scene, origin, direction, t_max) else { continue };
+                if want {
+                    hits += 1
+                } else {
+                    misses += 1
+                }
+                for (k, tracer) in tracers.iter().enumerate() {
+                    let got = tracer.occluded(origin, direction, t_max);
+                    assert_eq!(
+                        got, want,
+                        "seed {seed} wrap {wrap} tracer {k} from {origin} along {direction} to {t_max}"
+                    );
+                }
+            }
+            total = (total.0 + hits, total.1 + misses);
+            assert!(misses > 20, "seed {seed}: {misses} misses");
+            assert!(hits > 20 || triangles * instances < 20, "seed {seed}: {hits} hits");
+        }
+    }
+    assert!(total.0 > 800 && total.1 > 800, "hits and misses: {total:?}");
+}
+
+#[test]
+fn axis_parallel_rays_and_flat_boxes() {
+    let mut scene = empty_scene();
+    add_quad(&mut scene, 0.25, [-1.0, -1.0], [1.0, 1.0]);
+    let tracer = Tracer::new(&scene);
+    for direction in [DVec3::Y, DVec3::new(0.0, 1e-3, 0.0), DVec3::new(-0.0, 2.0, 0.0)] {
+        assert!(tracer.occluded(DVec3::new(0.1, 0.2499, 0.3), direction, f64::INFINITY));
+        assert!(!tracer.occluded(DVec3::new(0.1, 0.2501, 0.3), direction, f64::INFINITY));
+        assert!(tracer.occluded(DVec3::new(0.1, -1e9, 0.3), direction, f64::INFINITY), "from far away");
+    }
+    assert!(!tracer.occluded(DVec3::new(0.0, 0.0, 0.0), DVec3::Y, 0.25), "t_max is excluded");
+    assert!(tracer.occluded(DVec3::new(0.0, 0.0, 0.0), DVec3::Y, 0.250001));
+    assert!(!tracer.occluded(DVec3::new(0.0, 0.0, 0.0), DVec3::X, f64::INFINITY));
+    scene.meshes[0].casts = false;
+    assert!(!Tracer::new(&scene).occluded(DVec3::ZERO, DVec3::Y, f64::INFINITY), "does not cast");
+}
+
+#[test]
+fn no_ray_slips_through_a_shared_edge() {
+    const N: usize = 12;
+    let mut random = Random(11);
+    let heights: Vec<f32> = (0..(N + 1) * (N + 1)).map(|_| 0.3 * random.signed()).collect();
+    let at = |x: usize, z: usize| Vec3::new(x as f32 / 7.0, heights[z * (N + 1) + x], z as f32 / 7.0);
+    let mut corners = Vec::new();
+    for (x, z) in (0..N * N).map(|i| (i % N, i / N)) {
+        let quad = [at(x, z), at(x + 1, z), at(x + 1, z + 1), at(x, z + 1)].map(|p| (p, [0.0; 2], 255));
+        corners.extend([quad[0], quad[1], quad[2], quad[0], quad[2], quad[3]]);
+    }
+    let mut scene = empty_scene();
+    add_mesh(&mut scene, &corners, material(), &[IDENTITY, IDENTITY]);
+    let tracers = [Tracer::new(&scene), Tracer::with_flat_limit(&scene, 0)];
+    for _ in 0..20_000 {
+        let (x, z) = (1 + random.bits() as usize % (N - 2), 1 + random.bits() as usize % (N - 2));
+        let a = at(x, z).as_dvec3();
+        let b = at(x + random.bits() as usize % 2, z + 1).as_dvec3();
+        let direction = DVec3::new(0.2 * f64::from(random.signed()), 1.0, 0.2 * f64::from(random.signed()));
+        let origin = a.lerp(b, f64::from(random.bits() % 5) / 4.0) - direction;
+        for tracer in &tracers {
+            assert!(tracer.occluded(origin, direction, f64::INFINITY), "from {origin} along {direction}");
+        }
+    }
+}
+
+#[test]
+fn alpha_by_hand() {
+    let texels = [0u8, 255, 255, 51];
+    let textured = Material { texel_offset: 0, width: 2, height: 2, ..material() };
+    let (repeat, mirror, clamp) = (0b0000, 0b0101, 0b1010);
+    for (wrap, uv, want) in [
+        (repeat, [0.25, 0.25], 0.0),
+        (repeat, [0.75, 0.25], 1.0),
+        (repeat, [0.75, 0.75], 0.2),
+        (repeat, [0.5, 0.25], 0.5),
+        (repeat, [0.5, 0.75], 0.6),
+        (repeat, [0.0, 0.25], 0.5),
+        (repeat, [-0.75, 2.25], 0.0),
+        (mirror, [0.0, 0.25], 0.0),
+        (mirror, [1.0, 0.25], 1.0),
+        (mirror, [1.75, 0.25], 0.0),
+        (mirror, [-0.75, 0.25], 1.0),
+        (clamp, [0.0, 0.25], 0.0),
+        (clamp, [9.0, -9.0], 1.0),
+        (clamp, [9.0, 9.0], 0.2),
+        (0b1000, [-0.25, 9.0], 0.2),
+    ] {
+        let got = alpha_at(&Material { wrap, ..textured }, |i| texels[i as usize], uv, 1.0);
+        assert!((got - want).abs() < 1e-6, "wrap {wrap:04b} uv {uv:?}: {got}, not {want}");
+    }
+    let mut factor = material();
+    factor.base_color[3] = 0.5;
+    assert_eq!(alpha_at(&factor, |_| 0, [0.0; 2], 0.5), 0.25);
+    let shifted = Material { uv_row0: [0.0, 1.0, 0.5, 0.0], uv_row1: [1.0, 0.0, 0.0, 0.0], ..textured };
+    assert_eq!(alpha_at(&shifted, |i| texels[i as usize], [0.75, 0.25], 1.0), texels[3] as f32 / 255.0);
+}
+
+#[test]
+fn cutoff_keeps_alpha_equal_to_it() {
+    for (alpha, solid) in [(0.5, true), (0.499, false)] {
+        let mut scene = empty_scene();
+        let mut m = Material { alpha_cutoff: 0.5, ..material() };
+        m.base_color[3] = alpha;
+        let corners = [Vec3::new(-1.0, 1.0, -1.0), Vec3::new(1.0, 1.0, -1.0), Vec3::new(0.0, 1.0, 1.0)];
+        add_mesh(&mut scene, &corners.map(|p| (p, [0.0; 2], 255)), m, &[IDENTITY]);
+        assert_eq!(Tracer::new(&scene).occluded(DVec3::ZERO, DVec3::Y, f64::INFINITY), solid, "alpha {alpha}");
+    }
+}
+
+/// One pixel an entry: position, normal; `None` for the sky.
+fn gbuffer(pixels: &[Option<(Vec3, Vec3)>]) -> GBuffer {
+    GBuffer {
+        width: pixels.len() as u32,
+        height: 1,
+        position: pixels.iter().map(|p| p.map_or([0.0; 3], |p| p.0.to_array())).collect(),
+        normal: pixels.iter().map(|p| p.map_or([0.0; 3], |p| p.1.to_array())).collect(),
+        albedo: vec![u32::MAX; pixels.len()],
+        hit: pixels.iter().map(Option::is_some).collect(),
+    }
+}
+
+fn trace(scene: &Scene, gbuffer: &GBuffer, light: &Light) -> Result<Reference, umbrage::truth::TruthError> {
+    reference(&Tracer::new(scene), scene, gbuffer, light, &|_| {})
+}
+
+#[test]
+fn decided_pixels() {
+    let mut scene = Scene { bounds_min: DVec3::ZERO, bounds_max: DVec3::new(0.0, 100.0, 0.0), ..empty_scene() };
+    // heights in the scene's diagonal of 100: above all origins, between them, and below the first
+    for (x, share) in [(2.0, 0.3), (4.0, 5e-5), (6.0, 2e-5), (8.0, 5e-6), (10.0, 5e-7)] {
+        add_quad(&mut scene, 100.0 * share, [x - 0.5, -0.5], [x + 0.5, 0.5]);
+    }
+    let up = |x: f32| Some((Vec3::new(x, 0.0, 0.0), Vec3::Y));
+    let tilted = |n_dot_l: f32| Some((Vec3::ZERO, Vec3::new((1.0 - n_dot_l * n_dot_l).sqrt(), n_dot_l, 0.0)));
+    let pixels = [
+        ("lit", up(0.0), 1, true),
+        ("shadowed", up(2.0), 0, true),
+        ("the last origin is above the caster", up(4.0), 0, false),
+        ("two origins are above the caster", up(6.0), 0, false),
+        ("only the first origin is below the caster", up(8.0), 1, false),
+        ("all origins are above the caster", up(10.0), 1, true),
+        ("grazing, lit", tilted(0.0099), 1, false),
+        ("just decided", tilted(0.0101), 1, true),
+        ("away from the light", tilted(-0.5), 0, false),
+        ("edge-on", tilted(0.0), 0, false),
+        ("sky", None, 0, false),
+    ];
+    let gbuffer = gbuffer(&pixels.map(|p| p.1));
+    // the length of the direction must not matter
+    let got = trace(&scene, &gbuffer, &Light::directional(DVec3::new(0.0, -3.0, 0.0))).unwrap();
+    for (i, (name, _, visibility, decided)) in pixels.iter().enumerate() {
+        assert_eq!((got.visibility[i], got.decided[i]), (*visibility, *decided), "{name}");
+    }
+    let image = got.visibility_image();
+    assert_eq!(image[10], 1.0, "sky is 1 in the file");
+    assert_eq!((image[0], image[1], image[8], image[9]), (1.0, 0.0, 0.0, 0.0));
+}
+
+#[test]
+fn reference_rejects_what_it_cannot_use() {
+    let scene = empty_scene();
+    let good = gbuffer(&[Some((Vec3::ZERO, Vec3::Y))]);
+    let down = Light::directional(DVec3::NEG_Y);
+    assert!(trace(&scene, &good, &down).is_ok());
+    for (light, word) in [
+        (Light::directional(DVec3::ZERO), "direction"),
+        (Light::directional(DVec3::NAN), "direction"),
+        (Light::Directional { direction: DVec3::X, angular_diameter_deg: 0.5 }, "extent"),
+        (Light::Area { polygon: vec![DVec3::X; 3] }, "extent"),
+    ] {
+        let error = trace(&scene, &good, &light).unwrap_err().to_string();
+        assert!(error.contains(word), "{error}");
+    }
+    let short = GBuffer { normal: Vec::new(), ..good.clone() };
+    assert!(trace(&scene, &short, &down).unwrap_err().to_string().contains("normal"));
+    assert!(trace(&scene, &GBuffer::default(), &down).is_err(), "no pixel");
+}
+
+#[test]
+fn progress_ends_at_one() {
+    let (scene, light) = (empty_scene(), Light::directional(DVec3::NEG_Y));
+    let rows = GBuffer { width: 1, height: 5, ..gbuffer(&[Some((Vec3::ZERO, Vec3::Y)); 5]) };
+    let seen = std::sync::Mutex::new(Vec::new());
+    reference(&Tracer::new(&scene), &scene, &rows, &light, &|p| seen.lock().unwrap().push(p)).unwrap();
+    let mut seen = seen.into_inner().unwrap();
+    seen.sort_by(f64::total_cmp);
+    assert_eq!(seen, [0.2, 0.4, 0.6, 0.8, 1.0]);
+}
+
+/// `.` lit, `#` shadowed, `o` lit but undecided, `%` shadowed but undecided, `-` n.l <= 0, blank: no surface.
+fn picture(rows: &[&str]) -> Reference {
+    let text: Vec<u8> = rows.concat().into_bytes();
+    let each = |set: &[u8]| text.iter().map(|c| set.contains(c)).collect::<Vec<_>>();
+    Reference {
+        width: rows[0].len() as u32,
+        height: rows.len() as u32,
+        visibility: text.iter().map(|c| u8::from(b".o".contains(c))).collect(),
+        decided: each(b".#"),
+        hit: each(b".#o%-"),
+        facing: each(b".#o%"),
+    }
+}
+
+/// Asserts the classes of `result` against `reference`: `e` on edge, `a` acne, `k` leak, `L` lost, the reference's own
+/// character elsewhere; and that the metrics count the same.
+fn check(name: &str, reference: &[&str], result: &[&str], want: &[&str], edge_pixels: u64) {
+    let truth = picture(reference);
+    let classes = classify(&picture(result).visibility_image(), &truth).unwrap();
+    let got: String = classes
+        .iter()
+        .zip(reference.concat().chars())
+        .map(|(class, c)| match class {
+            PixelClass::OnEdge => 'e',
+            PixelClass::Acne => 'a',
+            PixelClass::Leak => 'k',
+            PixelClass::Lost => 'L',
+            PixelClass::Sky => ' ',
+            PixelClass::Lit => '.',
+            PixelClass::Shadowed => '#',
+            PixelClass::Undecided => c,
+        })
+        .collect();
+    assert_eq!(got, want.concat(), "{name}");
+    let m = compare(&picture(result).visibility_image(), &truth).unwrap();
+    let count = |set: &str| want.concat().chars().filter(|c| set.contains(*c)).count() as u64;
+    let decided = truth.decided.iter().filter(|d| **d).count() as u64;
+    assert_eq!(
+        (m.decided_pixels, m.edge_pixels, m.differing, m.off_edge_pixels),
+        (decided, edge_pixels, count("eakL"), count("akL")),
+        "{name}"
+    );
+    assert_eq!((m.acne_pixels, m.leak_pixels, m.lost_pixels), (count("a"), count("kL"), count("L")), "{name}");
+    let share = |n: u64| 100.0 * n as f64 / decided as f64;
+    assert_eq!((m.mismatch, m.off_edge), (share(count("eakL")), share(count("akL"))), "{name}");
+    assert_eq!((m.acne, m.leak, m.lost), (share(count("a")), share(count("kL")), share(count("L"))), "{name}");
+}
+
+#[test]
+fn every_kind_of_error_is_one_known_pixel() {
+    let lit = ["....."; 5];
+    let dark = ["#####"; 5];
+    check("equal", &lit, &lit, &lit, 0);
+    check(
+        "acne",
+        &lit,
+        &[".....", ".....", "..#..", ".....", "....."],
+        &[".....", ".....", "..a..", ".....", "....."],
+        0,
+    );
+    check(
+        "leak",
+        &dark,
+        &["#####", "#####", "##.##", "#####", "#####"],
+        &["#####", "#####", "##k##", "#####", "#####"],
+        0,
+    );
+    check("all lost", &["###"; 2], &["..."; 2], &["LLL"; 2], 0);
+    let dot = [".....", ".....", "..#..", ".....", "....."];
+    check("lost dot", &dot, &lit, &[".....", ".....", "..L..", ".....", "....."], 5);
+    let shifted = [".....", ".....", "...#.", ".....", "....."];
+    check("moved dot", &dot, &shifted, &[".....", ".....", "..ee.", ".....", "....."], 5);
+    let corner = [".....", "...#.", ".....", ".....", "....."];
+    check("dot moved over a corner", &dot, &corner, &[".....", "...e.", "..e..", ".....", "....."], 5);
+    let far = [".....", ".....", "....#", ".....", "....."];
+    check("dot moved by two", &dot, &far, &[".....", ".....", "..L.a", ".....", "....."], 5);
+    let knight = ["...#.", ".....", ".....", ".....", "....."];
+    check("dot moved by sqrt 5", &dot, &knight, &["...a.", ".....", "..L..", ".....", "....."], 5);
+}
+
+#[test]
+fn a_moved_edge_counts_once_a_row() {
+    let edge = ["###....."; 4];
+    check("by one", &edge, &["####...."; 4], &["###e...."; 4], 8);
+    check("by one, back", &edge, &["##......"; 4], &["##e....."; 4], 8);
+    check("by two", &edge, &["#####..."; 4], &["###aa..."; 4], 8);
+    check("by two, back", &edge, &["#......."; 4], &["#kL....."; 4], 8);
+}
+
+#[test]
+fn sky_and_terminator_are_edges() {
+    // the result holds 1 in the sky and still counts as 0 there
+    check("shadow grown from the sky", &["  ...."; 3], &["  #..."; 3], &["  e..."; 3], 3);
+    check("acne away from the sky", &["  ......"], &["  ...#.."], &["  ...a.."], 1);
+    check("thin shadow lost beside the sky", &[" #..."; 3], &[" ...."; 3], &[" e..."; 3], 6);
+    check("terminator", &["--...."; 3], &["--#..."; 3], &["--e..."; 3], 3);
+    let dark_sky = Reference {
+        visibility: vec![0; 4],
+        decided: vec![false; 4],
+        hit: vec![false; 4],
+        facing: vec![false; 4],
+        width: 4,
+        height: 1,
+    };
+    let m = compare(&[1.0, 0.0, 1.0, 0.0], &dark_sky).unwrap();
+    assert_eq!((m.mismatch, m.edge_error, m.decided_pixels), (0.0, 0.0, 0));
+}
+
+#[test]
+fn undecided_pixels_explain_but_do_not_count() {
+    check("undecided", &["..o%##"], &["..%o##"], &["..o%##"], 0);
+    check("explained by an undecided pixel", &["....%%%"], &["...####"], &["...e%%%"], 1);
+}
+
+#[test]
+fn edge_error_without_edges() {
+    let lit = picture(&["..."; 3]);
+    assert_eq!(compare(&[1.0; 9], &lit).unwrap().edge_error, 0.0);
+    assert_eq!(compare(&[0.0; 9], &lit).unwrap().edge_error, f64::INFINITY);
+    let m = compare(&picture(&["##.."; 2]).visibility_image(), &picture(&["#..."; 2])).unwrap();
+    assert_eq!((m.edge_error, m.mismatch), (50.0, 25.0));
+}
+
+#[test]
+fn threshold_is_one_half() {
+    let lit = picture(&["..."]);
+    assert_eq!(compare(&[0.5, 1.0, 0.7], &lit).unwrap().differing, 0);
+    assert_eq!(compare(&[0.499, 1.0, 0.7], &lit).unwrap().differing, 1);
+}
+
+#[test]
+fn metrics_reject_garbage() {
+    let lit = picture(&["..."]);
+    for (result, word) in [(vec![1.0; 2], "2 pixels"), (vec![1.0; 4], "4 pixels"), (vec![1.0, f32::NAN, 1.0], "NaN")] {
+        let error = compare(&result, &lit).unwrap_err().to_string();
+        assert!(error.contains(word), "{error}");
+    }
+    assert!(compare(&[], &Reference::default()).is_err());
+    assert!(compare(&[1.0; 3], &Reference { decided: Vec::new(), ..lit }).is_err());
+}
+
+#[test]
+fn rmse_by_hand() {
+    assert_eq!(rmse(&[1.0, 0.0, 9.0], &[0.0, 0.0, 0.0], &[true, true, false]).unwrap(), 0.5f64.sqrt());
+    assert_eq!(rmse(&[1.0], &[0.0], &[false]).unwrap(), 0.0);
+    assert!(rmse(&[1.0], &[0.0, 1.0], &[true]).is_err());
+    assert!(rmse(&[], &[], &[]).is_err());
+    assert!(rmse(&[f32::INFINITY], &[0.0], &[true]).is_err());
+}
+
+#[test]
+fn soft_shadows_of_a_half_plane() {
+    let mut scene = empty_scene();
+    add_quad(&mut scene, 1.0, [0.0, -50.0], [100.0, 50.0]);
+    let tracer = Tracer::new(&scene);
+    let at = |x: f32| Some((Vec3::new(x, 0.0, 0.0), Vec3::Y));
+    let pixels = gbuffer(&[at(-5.0), at(0.0), at(5.0), None, Some((Vec3::new(-5.0, 0.0, 0.0), Vec3::NEG_Y))]);
+    let square = |flip: bool| {
+        let mut corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, z)| DVec3::new(x, 2.0, z));
+        if flip {
+            corners.reverse();
+        }
+        Light::Area { polygon: corners.to_vec() }
+    };
+    let sun = Light::Directional { direction: DVec3::NEG_Y, angular_diameter_deg: 40.0 };
+    for (name, light) in [("sun", sun), ("area", square(false))] {
+        let got = reference_soft(&tracer, &scene, &pixels, &light, &|_| {}).unwrap();
+        assert_eq!(got[0], 1.0, "{name} open");
+        assert!((got[1] - 0.5).abs() < 0.02, "{name} half: {}", got[1]);
+        assert_eq!(got[2], 0.0, "{name} covered");
+        assert_eq!(got[3..], [1.0, 0.0], "{name} sky and back");
+        assert_eq!(got, reference_soft(&tracer, &scene, &pixels, &light, &|_| {}).unwrap(), "{name} twice");
+    }
+    // the light at the quarter of a disc of radius tan(20 deg): a known circle segment
+    let quarter = gbuffer(&[at(-0.5 * 20f32.to_radians().tan())]);
+    let sun = Light::Directional { direction: DVec3::NEG_Y, angular_diameter_deg: 40.0 };
+    let got = f64::from(reference_soft(&tracer, &scene, &quarter, &sun, &|_| {}).unwrap()[0]);
+    let segment = (0.5f64.acos() - 0.5 * 0.75f64.sqrt()) / std::f64::consts::PI;
+    assert!((got - (1.0 - segment)).abs() < 0.01, "{got}, not {}", 1.0 - segment);
+    let behind = reference_soft(&tracer, &scene, &pixels, &square(true), &|_| {}).unwrap();
+    assert_eq!(behind, [0.0, 0.0, 0.0, 1.0, 0.0], "behind the light");
+    let line = Light::Area { polygon: vec![DVec3::X, DVec3::Y, DVec3::X] };
+    assert!(reference_soft(&tracer, &scene, &pixels, &line, &|_| {}).is_err(), "no area");
+}
