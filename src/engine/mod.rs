@@ -58,17 +58,17 @@ impl Engine {
     pub(crate) fn on(gpu: &Arc<Gpu>, config: &Config, scene: &SceneBuffers, receivers: &Receivers) -> Result<Self, Error> {
         config.check(gpu.limits.max_image_array_layers.min(gpu.limits.max_framebuffer_layers))?;
         let b = Buffers::new(gpu, config)?;
-        let pixels = config.size[0] * config.size[1];
-        let request_sort = sort::Sort::new(gpu, &b.counters, &b.arguments, sort::Sorted::Requests, (pixels / 2).max(4096))?;
         let page_sort = sort::Sort::new(gpu, &b.counters, &b.arguments, sort::Sorted::Pages, config.page_capacity())?;
-        let request = request::Request::new(gpu, config, &b, &request_sort, receivers)?;
-        let (sort, compact) = match config.route {
-            RequestRoute::Flags => (None, None),
+        let sort = match config.route {
+            RequestRoute::Flags => None,
             RequestRoute::Sort => {
-                let compact = compact::Compact::new(gpu, &b, &request_sort)?;
-                (Some(request_sort), Some(compact))
+                let capacity = (config.size[0] * config.size[1] / 2).max(4096);
+                Some(sort::Sort::new(gpu, &b.counters, &b.arguments, sort::Sorted::Requests, capacity)?)
             }
         };
+        let compact = sort.as_ref().map(|sort| compact::Compact::new(gpu, &b, sort)).transpose()?;
+        // the flags route appends nothing; its pass still needs every binding filled
+        let request = request::Request::new(gpu, config, &b, sort.as_ref().unwrap_or(&page_sort), receivers)?;
         Ok(Self {
             gradient: gradient::Gradient::for_engine(gpu, &b, receivers)?,
             request,

@@ -16,8 +16,10 @@ const DESCENT_DEG: f64 = 25.0;
 const SUN_DEG: f64 = 50.0;
 /// Azimuth of the sun from the camera's back, in degrees: shadows fall to the side and stay in sight.
 const SUN_SIDES_DEG: [f64; 4] = [65.0, -65.0, 155.0, -155.0];
-/// Share of the room between camera and bounds that stays free around the scene.
-const MARGIN: f64 = 1.05;
+/// Distance of the camera outside over the one at which the corners of the bounds just fit, for a scene without height and
+/// its growth with height over width: bodies fill their bounds less than the bounds fill the picture, and of a landscape
+/// the middle matters.
+const CLOSENESS: [f64; 2] = [0.55, 0.3];
 /// Rays a candidate is judged by, across and down.
 const GRID: [u32; 2] = [32, 18];
 /// A scene whose outer views all show more than this share of skin is a room, to be seen from inside.
@@ -26,7 +28,7 @@ const SKIN_OF_A_ROOM: f64 = 0.75;
 /// most 0.69.
 const SKIN: f64 = 0.1;
 /// Least middle distance of what is seen from inside, over the diagonal: nearer, the camera stands in a thing.
-const LEAST_ROOM: f64 = 0.08;
+const LEAST_ROOM: f64 = 0.15;
 /// Halvings that find the first surface on a ray: to 1/65536 of the depth range.
 const HALVINGS: u32 = 16;
 /// Distance below which a blocker counts as the surface itself, over the diagonal.
@@ -71,10 +73,13 @@ fn direction(azimuth_deg: f64, height_deg: f64) -> DVec3 {
     DQuat::from_rotation_y(azimuth_deg.to_radians()) * DVec3::new(0.0, sin, cos)
 }
 
-/// Cameras from slightly above that have the whole scene in sight.
+/// Cameras from slightly above that have most of the scene in sight.
 fn outside(scene: &Scene, aspect: f64) -> Vec<Camera> {
     let center = 0.5 * (scene.bounds_min + scene.bounds_max);
     let half = (0.5 * FOV_Y_DEG).to_radians().tan();
+    let size = scene.bounds_max - scene.bounds_min;
+    let height = (size.y / size.x.max(size.z).max(1e-9)).min(1.0);
+    let closeness = CLOSENESS[0] + CLOSENESS[1] * height;
     let look = |azimuth_deg: f64| {
         let back = direction(azimuth_deg, DESCENT_DEG);
         let view = camera(center + back, center).view_from_world();
@@ -83,7 +88,7 @@ fn outside(scene: &Scene, aspect: f64) -> Vec<Camera> {
             let at = view * (corner - center);
             at.z + (at.x.abs() / (half * aspect)).max(at.y.abs() / half)
         });
-        let distance = MARGIN * needed.fold(scene.diagonal().max(1e-4) * 0.1, f64::max);
+        let distance = closeness * needed.fold(scene.diagonal().max(1e-4) * 0.1, f64::max);
         camera(center + back * distance, center)
     };
     [35.0, -35.0, 145.0, -145.0].map(look).into()
