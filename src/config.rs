@@ -29,7 +29,7 @@ pub struct Config {
     pub atlas_bytes: u64,
     /// Side of a page in texels: 64, 128, 256 or 512.
     pub page_texels: u32,
-    /// Texels along each side of a page that repeat its neighbours, for filters; 0 to 8.
+    /// Texels along each side of a page that repeat its neighbours, for filters; 1 to 8: the lookup needs one.
     pub gutter: u32,
     /// Finest level that pixels may ask for, relative to one texel a pixel: -1 is half a pixel. -8 to 8.
     /// Pages this fine are drawn where the atlas has room; coarser ones serve elsewhere.
@@ -44,6 +44,9 @@ pub struct Config {
     pub pair_capacity: u32,
     /// Room for the indices of culled clusters; beyond it whole clusters are drawn.
     pub index_capacity: u32,
+    /// Threads that cull the triangles of one (cluster, page) pair: a power of two, 8 to 128. On GPUs 64; a CPU driver
+    /// such as lavapipe pays for each thread of a group and is fastest at 16.
+    pub cull_group: u32,
     /// Depth bias in texels of the page, added to the receiver plane's own; 0 to 16.
     pub bias_texels: f32,
 }
@@ -55,14 +58,15 @@ impl Config {
             size,
             atlas_bytes: 64 << 20,
             page_texels: 128,
-            gutter: 0,
+            gutter: 1,
             level_bias: -3.0,
             level_rule: LevelRule::MinLength,
             route: RequestRoute::Flags,
             request_capacity: 16384,
             pair_capacity: 131_072,
             index_capacity: 6 << 20,
-            bias_texels: 0.1,
+            cull_group: 64,
+            bias_texels: 1.0,
         }
     }
 
@@ -90,7 +94,7 @@ impl Config {
         limit((1..=16384).contains(&w) && (1..=16384).contains(&h), "size", format!("{w}x{h}"), "1 to 16384 pixels a side".into())?;
         let texels = self.page_texels;
         limit(matches!(texels, 64 | 128 | 256 | 512), "page_texels", texels, "64, 128, 256 or 512".into())?;
-        limit(self.gutter <= 8, "gutter", self.gutter, "0 to 8 texels".into())?;
+        limit((1..=8).contains(&self.gutter), "gutter", self.gutter, "1 to 8 texels".into())?;
         let page_bytes = 4 * u64::from(texels).pow(2);
         limit(
             (8..=u64::from(max_layers)).contains(&(self.atlas_bytes / page_bytes)),
@@ -100,6 +104,8 @@ impl Config {
         )?;
         limit((-8.0..=8.0).contains(&self.level_bias), "level_bias", self.level_bias, "-8 to 8".into())?;
         limit((0.0..=16.0).contains(&self.bias_texels), "bias_texels", self.bias_texels, "0 to 16".into())?;
+        let group = self.cull_group;
+        limit(group.is_power_of_two() && (8..=128).contains(&group), "cull_group", group, "a power of two from 8 to 128".into())?;
         let requests = self.request_capacity;
         limit(requests.is_power_of_two() && (1024..=65536).contains(&requests), "request_capacity", requests, "a power of two from 1024 to 65536".into())?;
         limit((1024..=1 << 20).contains(&self.pair_capacity), "pair_capacity", self.pair_capacity, "1024 to 1048576".into())?;

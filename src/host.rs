@@ -16,6 +16,9 @@ pub struct SceneBuffers {
     pub index_count: u32,
     /// `Cluster` structs.
     pub clusters: vk::Buffer,
+    /// 32-bit words: for each cluster where its meshlet begins; then meshlets: the number of distinct vertices, these as
+    /// absolute indices, then a word a triangle with three 10-bit positions in that list.
+    pub meshlets: vk::Buffer,
     /// `Instance` structs.
     pub instances: vk::Buffer,
     /// `Material` structs.

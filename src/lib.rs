@@ -20,6 +20,9 @@ pub mod scene;
 #[cfg(feature = "lab")]
 pub mod truth;
 #[cfg(feature = "lab")]
+#[doc(hidden)]
+pub mod twin;
+#[cfg(feature = "lab")]
 pub mod view;
 
 pub use camera::Camera;

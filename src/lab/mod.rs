@@ -1,6 +1,9 @@
 //! The bench on which methods are compared: one device, one scene, one view, one depth prepass for all of them.
 
 mod device;
+mod meshlets;
+#[doc(hidden)]
+pub mod stages;
 mod upload;
 
 pub use device::{DeviceReport, devices};

@@ -34,7 +34,8 @@ fn casters(scene: &Scene) -> (Vec<Caster>, u32) {
 pub(crate) fn scene(gpu: &Arc<Gpu>, device: &LabDevice, scene: &Scene) -> Result<(SceneBuffers, Vec<Buffer>), LabError> {
     use vk::BufferUsageFlags as U;
     let (casters, first_masked) = casters(scene);
-    let sources: [(&str, &[u8], U, u64); 8] = [
+    let meshlets = super::meshlets::pack(scene);
+    let sources: [(&str, &[u8], U, u64); 9] = [
         ("positions", bytemuck::cast_slice(&scene.positions), U::VERTEX_BUFFER, 0),
         ("attributes", bytemuck::cast_slice(&scene.attributes), U::VERTEX_BUFFER, 0),
         ("indices", bytemuck::cast_slice(&scene.indices), U::INDEX_BUFFER, 4 * INDEX_ROOM),
@@ -43,6 +44,7 @@ pub(crate) fn scene(gpu: &Arc<Gpu>, device: &LabDevice, scene: &Scene) -> Result
         ("materials", bytemuck::cast_slice(&scene.materials), U::empty(), 0),
         ("texels", bytemuck::cast_slice(&scene.texels), U::empty(), 0),
         ("casters", bytemuck::cast_slice(&casters), U::empty(), 0),
+        ("meshlets", bytemuck::cast_slice(&meshlets), U::empty(), 0),
     ];
     let mut staging = Buffer::new(gpu, "staging", STAGING as u64, U::TRANSFER_SRC, Memory::Upload)?;
     let mut buffers = Vec::new();
@@ -70,6 +72,7 @@ pub(crate) fn scene(gpu: &Arc<Gpu>, device: &LabDevice, scene: &Scene) -> Result
         materials: raw(5),
         texels: raw(6),
         casters: raw(7),
+        meshlets: raw(8),
         caster_count: casters.len() as u32,
         first_masked,
         bounds_min: (scene.bounds_min - scene.origin).to_array(),

@@ -13,8 +13,8 @@ const PARAMETERS: &[Parameter] = &[
     Parameter { key: "level", default: "min_length", allowed: "area or min_length", meaning: "level rule" },
     Parameter { key: "requests", default: "flags", allowed: "sort or flags", meaning: "route from pixels to pages" },
     Parameter { key: "page", default: "128", allowed: "64, 128, 256 or 512", meaning: "side of a page in texels" },
-    Parameter { key: "gutter", default: "0", allowed: "0 to 8", meaning: "border of a page in texels" },
-    Parameter { key: "depth_bias", default: "0.1", allowed: "0 to 16", meaning: "depth bias in texels of the page" },
+    Parameter { key: "gutter", default: "1", allowed: "1 to 8", meaning: "border of a page in texels" },
+    Parameter { key: "depth_bias", default: "1", allowed: "0 to 16", meaning: "depth bias in texels of the page" },
     Parameter { key: "pairs", default: "131072", allowed: "1024 to 1048576", meaning: "most (cluster, page) pairs a frame" },
     Parameter { key: "keys", default: "16384", allowed: "1024 to 65536, a power of two", meaning: "most distinct pages asked for" },
 ];
@@ -40,10 +40,13 @@ pub(super) fn config(spec: &MethodSpec, size: [u32; 2]) -> Result<Config, LabErr
         _ => RequestRoute::Flags,
     };
     config.page_texels = spec.one_of("page", "128", &["64", "128", "256", "512"])?.parse().unwrap_or(128);
-    config.gutter = spec.u32_in("gutter", config.gutter, 0..=8)?;
+    config.gutter = spec.u32_in("gutter", config.gutter, 1..=8)?;
     config.bias_texels = spec.f32_in("depth_bias", config.bias_texels, 0.0..=16.0)?;
     config.pair_capacity = spec.u32_in("pairs", config.pair_capacity, 1024..=1 << 20)?;
-    config.request_capacity = spec.u32_in("keys", config.request_capacity, 1024..=65536)?;
+    config.request_capacity = spec
+        .one_of("keys", "16384", &["1024", "2048", "4096", "8192", "16384", "32768", "65536"])?
+        .parse()
+        .unwrap_or(config.request_capacity);
     Ok(config)
 }
 
@@ -54,7 +57,10 @@ pub(super) struct Rmsm {
 impl Rmsm {
     pub(super) fn new(spec: &MethodSpec, lab: &Lab) -> Result<Self, LabError> {
         hard_directional(spec, lab)?;
-        let config = config(spec, lab.view().size)?;
+        let mut config = config(spec, lab.view().size)?;
+        if lab.device_is_cpu() {
+            config.cull_group = 16;
+        }
         Ok(Self { engine: Engine::on(lab.gpu(), &config, lab.scene_buffers(), &lab.prepass().receivers())? })
     }
 }

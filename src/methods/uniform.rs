@@ -18,7 +18,7 @@ use std::sync::Arc;
 const PARAMETERS: &[Parameter] = &[
     Parameter { key: "resolution", default: "4096", allowed: "64 to 16384", meaning: "side of the map in texels" },
     Parameter { key: "fit", default: "samples", allowed: "scene, frustum or samples", meaning: "what the map is fitted to" },
-    Parameter { key: "depth_bias", default: "0.1", allowed: "0 to 16", meaning: "depth bias in texels" },
+    Parameter { key: "depth_bias", default: "1", allowed: "0 to 16", meaning: "depth bias in texels" },
 ];
 
 pub(super) const INFO: MethodInfo = MethodInfo {
@@ -63,7 +63,7 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
             "frustum" => FitTo::Frustum,
             _ => FitTo::Samples,
         },
-        bias_texels: spec.f32_in("depth_bias", 0.1, 0.0..=16.0)?,
+        bias_texels: spec.f32_in("depth_bias", 1.0, 0.0..=16.0)?,
     })
 }
 

@@ -1,0 +1,376 @@
+//! Single stages of the engine on the GPU, with given inputs and their outputs read back: what tests compare with
+//! [`crate::twin`].
+
+use super::{Lab, LabError};
+use crate::engine::Engine;
+use crate::engine::allocate::Allocate;
+use crate::engine::buffers::{Buffers, arguments};
+use crate::engine::compact::Compact;
+use crate::engine::constants::constants;
+use crate::engine::gradient::Gradient;
+use crate::engine::request::Request;
+use crate::engine::sort::{BLOCK, Sort, Sorted};
+use crate::gpu::structs::{Counters, Frame, Node, Page};
+use crate::gpu::sync::{self, Access, Access::*};
+use crate::gpu::{Binding, Buffer, Compute, Image, ImageSpec, Memory, spirv};
+use crate::host::Receivers;
+use crate::{Config, RequestRoute};
+use ash::vk;
+use bytemuck::{Pod, Zeroable};
+
+type Result<T> = std::result::Result<T, LabError>;
+
+/// Copies `data` to the start of a buffer.
+fn write<T: Pod>(lab: &Lab, buffer: &Buffer, data: &[T]) -> Result<()> {
+    let bytes: &[u8] = bytemuck::cast_slice(data);
+    if bytes.is_empty() {
+        return Ok(());
+    }
+    let staging = staging(lab, bytes)?;
+    lab.submit(|cmd| {
+        let device = &lab.gpu.device;
+        sync::barrier(device, cmd, &[(HostWrite, TransferRead)]);
+        let copy = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: bytes.len() as u64 }];
+        // SAFETY: callers pass no more than the buffer holds
+        unsafe { device.cmd_copy_buffer(cmd, staging.raw, buffer.raw, &copy) };
+        sync::barrier(device, cmd, &[(TransferWrite, ComputeWrite), (TransferWrite, ComputeRead)]);
+    })?;
+    Ok(())
+}
+
+fn staging(lab: &Lab, bytes: &[u8]) -> Result<Buffer> {
+    let mut staging = Buffer::new(&lab.gpu, "stage input", bytes.len() as u64, vk::BufferUsageFlags::TRANSFER_SRC, Memory::Upload)?;
+    staging.bytes_mut()[..bytes.len()].copy_from_slice(bytes);
+    Ok(staging)
+}
+
+/// Fills an image and leaves it readable by compute shaders.
+fn write_image<T: Pod>(lab: &Lab, image: &Image, data: &[T]) -> Result<()> {
+    let staging = staging(lab, bytemuck::cast_slice(data))?;
+    lab.submit(|cmd| {
+        let device = &lab.gpu.device;
+        sync::barrier(device, cmd, &[(HostWrite, TransferRead)]);
+        sync::image(device, cmd, image, Nothing, TransferWrite);
+        let layers = vk::ImageSubresourceLayers { aspect_mask: image.aspect, mip_level: 0, base_array_layer: 0, layer_count: 1 };
+        let extent = vk::Extent3D { width: image.extent.width, height: image.extent.height, depth: 1 };
+        let region = [vk::BufferImageCopy::default().image_subresource(layers).image_extent(extent)];
+        // SAFETY: callers pass as many texels as the image has
+        unsafe { device.cmd_copy_buffer_to_image(cmd, staging.raw, image.raw, vk::ImageLayout::TRANSFER_DST_OPTIMAL, &region) };
+        sync::image(device, cmd, image, TransferWrite, ComputeRead);
+    })?;
+    Ok(())
+}
+
+/// Fills buffers with zeros.
+fn clear(lab: &Lab, buffers: &[&Buffer]) -> Result<()> {
+    lab.submit(|cmd| {
+        for buffer in buffers {
+            // SAFETY: storage buffers can be filled
+            unsafe { lab.gpu.device.cmd_fill_buffer(cmd, buffer.raw, 0, vk::WHOLE_SIZE, 0) };
+        }
+        sync::barrier(&lab.gpu.device, cmd, &[(TransferWrite, ComputeWrite), (TransferWrite, ComputeRead)]);
+    })?;
+    Ok(())
+}
+
+fn read<T: Pod>(lab: &Lab, buffer: &Buffer) -> Result<Vec<T>> {
+    let bytes = lab.read_buffer(buffer)?;
+    let whole = bytes.len() / size_of::<T>() * size_of::<T>();
+    Ok(bytemuck::pod_collect_to_vec(&bytes[..whole]))
+}
+
+fn read_counters(lab: &Lab, b: &Buffers) -> Result<Counters> {
+    Ok(read(lab, &b.counters)?[0])
+}
+
+/// The least that [`Buffers`] can be made for; single stages use few of them.
+fn small(size: [u32; 2]) -> Config {
+    let page_texels = 64;
+    Config { atlas_bytes: 8 * 4 * 64 * 64, page_texels, request_capacity: 1024, pair_capacity: 1024, ..Config::new(size) }
+}
+
+/// Sort and compact.
+pub struct SortStage {
+    b: Buffers,
+    sort: Sort,
+    compact: Compact,
+    pages: bool,
+}
+
+/// A list after compact.
+pub struct Compacted {
+    /// Distinct keys and the sums of their values.
+    pub entries: Vec<(u32, u32)>,
+    /// Runs of equal keys for each coarsening.
+    pub runs: [u32; 3],
+}
+
+impl SortStage {
+    /// Sorts requests or, with `pages`, selected pages; at most `capacity`.
+    pub fn new(lab: &Lab, capacity: u32, pages: bool) -> Result<Self> {
+        let b = Buffers::new(&lab.gpu, &small([8, 8]))?;
+        let what = if pages { Sorted::Pages } else { Sorted::Requests };
+        let sort = Sort::new(&lab.gpu, &b.counters, &b.arguments, what, capacity)?;
+        let compact = Compact::new(&lab.gpu, &b, &sort)?;
+        Ok(Self { b, sort, compact, pages })
+    }
+
+    fn fill(&self, lab: &Lab, entries: &[(u32, u32)], counters: &Counters) -> Result<()> {
+        let fitting = &entries[..entries.len().min(self.sort.capacity as usize)];
+        write(lab, self.sort.keys(), &fitting.iter().map(|e| e.0).collect::<Vec<_>>())?;
+        write(lab, self.sort.values(), &fitting.iter().map(|e| e.1).collect::<Vec<_>>())?;
+        write(lab, &self.b.counters, std::slice::from_ref(counters))
+    }
+
+    fn entries(&self, lab: &Lab, [keys, values]: [&Buffer; 2], count: u32) -> Result<Vec<(u32, u32)>> {
+        let (keys, values): (Vec<u32>, Vec<u32>) = (read(lab, keys)?, read(lab, values)?);
+        Ok(keys.into_iter().zip(values).take(count as usize).collect())
+    }
+
+    /// Sorts; entries beyond the capacity are counted but have no room.
+    pub fn sort(&self, lab: &Lab, entries: &[(u32, u32)]) -> Result<Vec<(u32, u32)>> {
+        let mut counters = Counters::zeroed();
+        *(if self.pages { &mut counters.pages } else { &mut counters.requests[0] }) = entries.len() as u32;
+        self.fill(lab, entries, &counters)?;
+        lab.submit(|cmd| self.sort.record(cmd, &self.b))?;
+        let sorted = read_counters(lab, &self.b)?.sorted;
+        self.entries(lab, [self.sort.keys(), self.sort.values()], sorted)
+    }
+
+    /// Compacts a sorted list that is no longer than the capacity.
+    pub fn compact(&self, lab: &Lab, sorted: &[(u32, u32)]) -> Result<Compacted> {
+        let count = sorted.len() as u32;
+        self.fill(lab, sorted, &Counters { sorted: count, ..Counters::zeroed() })?;
+        let mut words = vec![0; arguments::WORDS as usize];
+        words[arguments::SORT as usize..][..3].copy_from_slice(&[count.div_ceil(BLOCK), 1, 1]);
+        write(lab, &self.b.arguments, &words)?;
+        clear(lab, &[&self.compact.counts])?;
+        lab.submit(|cmd| {
+            sync::barrier(&lab.gpu.device, cmd, &[(TransferWrite, IndirectRead)]);
+            self.compact.record(cmd, &self.b);
+        })?;
+        let [a, b, c, _] = read_counters(lab, &self.b)?.unique;
+        Ok(Compacted { entries: self.entries(lab, [&self.compact.keys, &self.compact.counts], a)?, runs: [a, b, c] })
+    }
+}
+
+/// Gradient and request.
+pub struct ScreenStage {
+    b: Buffers,
+    depth: Image,
+    normal: Image,
+    gradient: Gradient,
+    request: Request,
+    sort: Sort,
+    route: RequestRoute,
+}
+
+/// What request left.
+pub struct Requested {
+    /// The counters.
+    pub counters: Counters,
+    /// Keys and pixels: of the page table (flags route) or as appended (sort route). Cut off at the capacity.
+    pub entries: Vec<(u32, u32)>,
+}
+
+impl ScreenStage {
+    /// `capacity`: most keys, a power of two (flags route), or most entries of the list (sort route).
+    pub fn new(lab: &Lab, size: [u32; 2], route: RequestRoute, capacity: u32) -> Result<Self> {
+        use vk::ImageUsageFlags as U;
+        let image = |name, format, usage| {
+            let usage = usage | U::SAMPLED | U::TRANSFER_DST;
+            Image::new(&lab.gpu, name, &ImageSpec { format, width: size[0], height: size[1], layers: 0, usage })
+        };
+        let keys = if route == RequestRoute::Flags { capacity } else { 1024 };
+        let config = Config { route, request_capacity: keys, ..small(size) };
+        let mut b = Buffers::new(&lab.gpu, &config)?;
+        b.receiver = image("receiver planes", vk::Format::R32G32B32A32_UINT, U::STORAGE | U::TRANSFER_SRC)?;
+        let depth = image("depth", vk::Format::D32_SFLOAT, U::empty())?;
+        let normal = image("normal", vk::Format::R32_UINT, U::empty())?;
+        let receivers = Receivers { depth: depth.view, normal: normal.view };
+        let sort = Sort::new(&lab.gpu, &b.counters, &b.arguments, Sorted::Requests, capacity)?;
+        Ok(Self {
+            gradient: Gradient::for_engine(&lab.gpu, &b, &receivers)?,
+            request: Request::new(&lab.gpu, &config, &b, &sort, &receivers)?,
+            b,
+            depth,
+            normal,
+            sort,
+            route,
+        })
+    }
+
+    /// Receiver planes of the pixels.
+    pub fn gradient(&self, lab: &Lab, frame: &Frame, depth: &[f32], normal: &[u32]) -> Result<Vec<[u32; 4]>> {
+        write(lab, &self.b.frame, std::slice::from_ref(frame))?;
+        write_image(lab, &self.depth, depth)?;
+        write_image(lab, &self.normal, normal)?;
+        lab.submit(|cmd| {
+            sync::discard(&lab.gpu.device, cmd, &self.b.receiver, ComputeRead, StorageImage);
+            self.gradient.record(cmd, [frame.size[0], frame.size[1]]);
+        })?;
+        Ok(bytemuck::pod_collect_to_vec(&lab.read_image(&self.b.receiver, StorageImage, 16)?))
+    }
+
+    /// All attempts of the request stage, as the engine records them.
+    pub fn request(&self, lab: &Lab, frame: &Frame, depth: &[f32], receiver: &[[u32; 4]]) -> Result<Requested> {
+        let b = &self.b;
+        write(lab, &b.frame, std::slice::from_ref(frame))?;
+        write_image(lab, &self.depth, depth)?;
+        write_image(lab, &b.receiver, receiver)?;
+        clear(lab, &[&b.counters, &b.table_keys, &b.nodes])?;
+        lab.submit(|cmd| {
+            let device = &lab.gpu.device;
+            self.request.record_first(cmd);
+            for attempt in 1..=2 {
+                sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite)]);
+                self.request.record_decision(cmd, attempt);
+                sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite), (ComputeWrite, IndirectRead)]);
+                self.request.record_retry(cmd, b, attempt);
+            }
+            sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite)]);
+            self.request.record_decision(cmd, 3);
+        })?;
+        let counters = read_counters(lab, b)?;
+        let entries: Vec<(u32, u32)> = if self.route == RequestRoute::Flags {
+            let (list, nodes): (Vec<u32>, Vec<Node>) = (read(lab, &b.node_list)?, read(lab, &b.nodes)?);
+            let table: Vec<u32> = read(lab, &b.table_keys)?;
+            let filled = |slot: &u32| (table[*slot as usize], nodes[*slot as usize].own);
+            list[..counters.leaves as usize].iter().map(filled).collect()
+        } else {
+            let (keys, values): (Vec<u32>, Vec<u32>) = (read(lab, self.sort.keys())?, read(lab, self.sort.values())?);
+            let last = counters.requests.iter().rev().find(|&&r| r > 0).copied().unwrap_or(0);
+            keys.into_iter().zip(values).take(last as usize).collect()
+        };
+        Ok(Requested { counters, entries })
+    }
+}
+
+/// Allocate, fed by the sort route.
+pub struct AllocateStage {
+    config: Config,
+    b: Buffers,
+    compact: Compact,
+    page_sort: Sort,
+    allocate: Allocate,
+}
+
+/// The page table of a frame as it lies on the device.
+#[derive(Clone)]
+pub struct Table {
+    /// The counters.
+    pub counters: Counters,
+    /// Key of each slot, 0 where it is empty.
+    pub keys: Vec<u32>,
+    /// Node of each slot.
+    pub nodes: Vec<Node>,
+    /// Entry of each slot.
+    pub entries: Vec<u32>,
+    /// The pages selected.
+    pub pages: Vec<Page>,
+}
+
+impl Table {
+    fn read(lab: &Lab, b: &Buffers) -> Result<Self> {
+        let counters = read_counters(lab, b)?;
+        let mut pages: Vec<Page> = read(lab, &b.pages)?;
+        pages.truncate(counters.sorted as usize);
+        Ok(Self { counters, keys: read(lab, &b.table_keys)?, nodes: read(lab, &b.nodes)?, entries: read(lab, &b.entries)?, pages })
+    }
+}
+
+impl AllocateStage {
+    /// Capacities and level bias are those of `config`; `request_capacity` may be any power of two.
+    pub fn new(lab: &Lab, config: &Config) -> Result<Self> {
+        let b = Buffers::new(&lab.gpu, config)?;
+        let sorts = |what, capacity| Sort::new(&lab.gpu, &b.counters, &b.arguments, what, capacity);
+        // compact needs the sort only for its buffers
+        let compact = Compact::new(&lab.gpu, &b, &sorts(Sorted::Requests, 8 * config.request_capacity)?)?;
+        let page_sort = sorts(Sorted::Pages, config.page_capacity())?;
+        let allocate = Allocate::new(&lab.gpu, config, &b, Some(&compact), &page_sort)?;
+        Ok(Self { config: config.clone(), b, compact, page_sort, allocate })
+    }
+
+    /// Chooses pages for distinct sorted keys, lets only those with `drawn` serve, and fills the entries.
+    pub fn run(&self, lab: &Lab, frame: &Frame, requests: &[(u32, u32)], runs: [u32; 3], drawn: impl Fn(u32) -> bool) -> Result<Table> {
+        let b = &self.b;
+        assert!(requests.len() <= 8 * self.config.request_capacity as usize, "more requests than the list holds");
+        clear(lab, &[&b.table_keys, &b.nodes, &b.histogram, &b.entries])?;
+        write(lab, &b.frame, std::slice::from_ref(frame))?;
+        write(lab, &self.compact.keys, &requests.iter().map(|r| r.0).collect::<Vec<_>>())?;
+        write(lab, &self.compact.counts, &requests.iter().map(|r| r.1).collect::<Vec<_>>())?;
+        let [u0, u1, u2] = runs;
+        write(lab, &b.counters, &[Counters { unique: [u0, u1, u2, 0], ..Counters::zeroed() }])?;
+        lab.submit(|cmd| self.allocate.record(cmd, b, &self.page_sort))?;
+        let mut pages = Table::read(lab, b)?.pages;
+        for page in &mut pages {
+            page.admitted = u32::from(drawn(page.key));
+        }
+        write(lab, &b.pages, &pages)?;
+        lab.submit(|cmd| self.allocate.record_entries(cmd))?;
+        Table::read(lab, b)
+    }
+}
+
+/// A whole frame of the engine.
+pub struct EngineStage {
+    engine: Engine,
+}
+
+impl EngineStage {
+    /// An engine for the lab's scene and view.
+    pub fn new(lab: &Lab, config: &Config) -> Result<Self> {
+        Ok(Self { engine: Engine::on(&lab.gpu, config, &lab.buffers, &lab.prepass.receivers())? })
+    }
+
+    /// Runs a frame: visibility of every pixel, and the page table.
+    pub fn frame(&mut self, lab: &Lab) -> Result<(Vec<f32>, Table)> {
+        let mut recorded = Ok(());
+        lab.frame(|cmd, timer| recorded = self.engine.record_timed(cmd, &lab.frame_input(), Some(timer)))?;
+        recorded?;
+        let b = &self.engine.buffers;
+        let visibility = lab.read_image(&b.visibility, TransferRead, 4)?;
+        Ok((bytemuck::pod_collect_to_vec(&visibility), Table::read(lab, b)?))
+    }
+}
+
+/// What the camera of the lab sees: depth and packed normals.
+pub fn prepass(lab: &Lab) -> Result<(Vec<f32>, Vec<u32>)> {
+    lab.submit(|cmd| lab.record_prepass(cmd))?;
+    let read = |image| lab.read_image(image, Access::ComputeRead, 4);
+    let (depth, normal) = (read(&lab.prepass.depth)?, read(&lab.prepass.normal)?);
+    Ok((bytemuck::pod_collect_to_vec(&depth), bytemuck::pod_collect_to_vec(&normal)))
+}
+
+/// Constants of a frame of the lab's scene and view.
+pub fn frame_constants(lab: &Lab, config: &Config) -> Result<Frame> {
+    Ok(constants(config, &lab.buffers, &lab.frame_input())?)
+}
+
+/// Two dispatches that read and write one buffer; without `barrier` they race.
+pub fn two_dispatches(lab: &Lab, barrier: bool) -> Result<()> {
+    let make = |name, bytes| Buffer::storage(&lab.gpu, name, bytes, vk::BufferUsageFlags::empty());
+    let (counters, values) = (make("counters", size_of::<Counters>() as u64)?, make("values", 4096)?);
+    clear(lab, &[&counters, &values])?;
+    let bindings = [Binding::Storage(&counters), Binding::Storage(&values)];
+    let scan = Compute::new(&lab.gpu, "sort_scan", spirv!("engine/sort_scan.comp"), &bindings, &[BLOCK], 4)?;
+    lab.submit(|cmd| {
+        scan.dispatch(cmd, &16u32, [1, 1, 1]);
+        if barrier {
+            sync::barrier(&lab.gpu.device, cmd, &[(ComputeWrite, ComputeWrite)]);
+        }
+        scan.dispatch(cmd, &16u32, [1, 1, 1]);
+    })?;
+    Ok(())
+}
+
+/// Makes a buffer of no bytes, which is not allowed, and frees it.
+pub fn empty_buffer(lab: &Lab) {
+    let info = vk::BufferCreateInfo::default().size(0).usage(vk::BufferUsageFlags::STORAGE_BUFFER);
+    // SAFETY: validation reports the size; the buffer is never used
+    unsafe {
+        if let Ok(buffer) = lab.gpu.device.create_buffer(&info, None) {
+            lab.gpu.device.destroy_buffer(buffer, None);
+        }
+    }
+}

@@ -1,0 +1,17 @@
+//! The stages of the engine as plain serial code: what a stage's results must be, with the same overflow rules and the
+//! same bits. Tests run both on the same cases. Stems are those of `src/engine` and `glsl/engine`; `key` and `receiver`
+//! mirror `glsl/shared`.
+
+#![forbid(unsafe_code)]
+
+pub mod allocate;
+pub mod compact;
+pub mod gradient;
+pub mod key;
+pub mod receiver;
+pub mod request;
+pub mod sort;
+
+pub use crate::engine::constants::ROOT_LEVEL;
+pub use crate::engine::request::SHIFTS;
+pub use crate::engine::sort::BLOCK;

@@ -1,0 +1,29 @@
+//! The engine on a Vulkan device, always under validation and synchronization validation: each stage against its twin,
+//! whole frames, and images against ray tracing.
+//!
+//! Hazards between command buffers are seen only with
+//! `VK_LAYER_ENABLES=VALIDATION_CHECK_ENABLE_SYNCHRONIZATION_VALIDATION_QUEUE_SUBMIT`, which `tools/test` sets.
+#![cfg(feature = "lab")]
+
+#[path = "gpu/allocate.rs"]
+mod allocate;
+#[path = "gpu/bench.rs"]
+mod bench;
+#[path = "gpu/compact.rs"]
+mod compact;
+#[path = "gpu/comparators.rs"]
+mod comparators;
+#[path = "gpu/frame.rs"]
+mod frame;
+#[path = "gpu/gradient.rs"]
+mod gradient;
+#[path = "gpu/images.rs"]
+mod images;
+#[path = "gpu/request.rs"]
+mod request;
+#[path = "gpu/scenes.rs"]
+mod scenes;
+#[path = "gpu/sort.rs"]
+mod sort;
+#[path = "gpu/validation.rs"]
+mod validation;
