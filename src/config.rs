@@ -47,7 +47,8 @@ pub struct Config {
     /// Threads that cull the triangles of one (cluster, page) pair: a power of two, 8 to 128. On GPUs 64; a CPU driver
     /// such as lavapipe pays for each thread of a group and is fastest at 16.
     pub cull_group: u32,
-    /// Depth bias in texels of the page, added to the receiver plane's own; 0 to 16.
+    /// Depth bias beyond the receiver plane's: this times (a texel of the page plus a quarter of the receiver's depth
+    /// change across it); 0 to 16.
     pub bias_texels: f32,
 }
 

@@ -39,7 +39,8 @@ float umbrage_visibility(vec3 from_eye, vec3 n, vec3 dx, vec3 dy) {
     // nearest texel's. Each test is against the receiver's plane at that texel's centre, so that a plane never shadows
     // itself (book, 5.1.4).
     vec2 slope = clamp(-normal.xy / normal.z, -200.0, 200.0) * texel_size;
-    float depth = frame.light_z.w + dot(frame.light_z.xyz, from_eye) - frame.rule.y * texel_size - frame.rule.z;
+    float bias = frame.rule.y * receiver_bias(texel_size, slope) + frame.rule.z;
+    float depth = frame.light_z.w + dot(frame.light_z.xyz, from_eye) - bias;
     vec2 low = floor(texel - 0.5);
     vec2 f = texel - 0.5 - low;
     ivec3 at = ivec3(low, entry & 0xffffu);

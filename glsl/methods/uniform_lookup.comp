@@ -26,12 +26,11 @@ float visibility(uvec2 pixel, float stored) {
         return 1.0;
     }
     vec2 texel = uv * vec2(textureSize(map, 0));
-    vec2 to_centre_uv = (floor(texel) + 0.5 - texel) * fit.texel.xy;
-    // back from the map's axes to light space: the rows are orthogonal
-    vec2 to_centre = to_centre_uv.x * normalize(fit.row_u.xy) + to_centre_uv.y * normalize(fit.row_v.xy);
-    vec2 slope = clamp(-normal.xy / normal.z, -200.0, 200.0);
-    float depth = frame.light_z.w + dot(frame.light_z.xyz, from_eye) + dot(slope, to_centre);
-    float bias = frame.rule.y * max(fit.texel.x, fit.texel.y) + frame.rule.z;
+    // the rows are orthogonal: their directions are the map's axes in light space
+    vec2 across = clamp(-normal.xy / normal.z, -200.0, 200.0);
+    vec2 slope = vec2(dot(across, normalize(fit.row_u.xy)), dot(across, normalize(fit.row_v.xy))) * fit.texel.xy;
+    float bias = frame.rule.y * receiver_bias(max(fit.texel.x, fit.texel.y), slope) + frame.rule.z;
+    float depth = frame.light_z.w + dot(frame.light_z.xyz, from_eye) + dot(slope, floor(texel) + 0.5 - texel);
     return (depth - bias) * frame.page.z <= texelFetch(map, ivec2(texel), 0).r ? 1.0 : 0.0;
 }
 

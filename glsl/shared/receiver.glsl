@@ -39,3 +39,8 @@ void decode_derivatives(Frame frame, uvec4 receiver, float depth, out vec3 dx, o
     dx = unit * vec3(a, b.x);
     dy = unit * vec3(b.y, c);
 }
+
+// Depth bias of a unit setting for a texel of this size; `slope`: change of the receiver's depth per texel along the
+// map's axes. The plane at a texel's centre hides the receiver's own slope, but where another surface meets it in a
+// concave edge the centre may lie on that; the difference grows with the texel and with the slope.
+float receiver_bias(float texel, vec2 slope) { return texel + 0.25 * (abs(slope.x) + abs(slope.y)); }

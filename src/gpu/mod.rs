@@ -105,9 +105,6 @@ impl Gpu {
             unsafe { utils.cmd_end_debug_utils_label(cmd) };
         }
     }
-
-    /// Stretches of at most this many workgroups fit one dimension of a dispatch everywhere.
-    pub(crate) const MAX_GROUPS: u32 = 65535;
 }
 
 /// The features a device must have; pass them to `vkCreateDevice` (API version 1.3).

@@ -39,7 +39,8 @@ fn write<T: Pod>(lab: &Lab, buffer: &Buffer, data: &[T]) -> Result<()> {
 }
 
 fn staging(lab: &Lab, bytes: &[u8]) -> Result<Buffer> {
-    let mut staging = Buffer::new(&lab.gpu, "stage input", bytes.len() as u64, vk::BufferUsageFlags::TRANSFER_SRC, Memory::Upload)?;
+    let mut staging =
+        Buffer::new(&lab.gpu, "stage input", bytes.len() as u64, vk::BufferUsageFlags::TRANSFER_SRC, Memory::Upload)?;
     staging.bytes_mut()[..bytes.len()].copy_from_slice(bytes);
     Ok(staging)
 }
@@ -51,11 +52,14 @@ fn write_image<T: Pod>(lab: &Lab, image: &Image, data: &[T]) -> Result<()> {
         let device = &lab.gpu.device;
         sync::barrier(device, cmd, &[(HostWrite, TransferRead)]);
         sync::image(device, cmd, image, Nothing, TransferWrite);
-        let layers = vk::ImageSubresourceLayers { aspect_mask: image.aspect, mip_level: 0, base_array_layer: 0, layer_count: 1 };
+        let layers =
+            vk::ImageSubresourceLayers { aspect_mask: image.aspect, mip_level: 0, base_array_layer: 0, layer_count: 1 };
         let extent = vk::Extent3D { width: image.extent.width, height: image.extent.height, depth: 1 };
         let region = [vk::BufferImageCopy::default().image_subresource(layers).image_extent(extent)];
         // SAFETY: callers pass as many texels as the image has
-        unsafe { device.cmd_copy_buffer_to_image(cmd, staging.raw, image.raw, vk::ImageLayout::TRANSFER_DST_OPTIMAL, &region) };
+        unsafe {
+            device.cmd_copy_buffer_to_image(cmd, staging.raw, image.raw, vk::ImageLayout::TRANSFER_DST_OPTIMAL, &region)
+        };
         sync::image(device, cmd, image, TransferWrite, ComputeRead);
     })?;
     Ok(())
@@ -86,7 +90,13 @@ fn read_counters(lab: &Lab, b: &Buffers) -> Result<Counters> {
 /// The least that [`Buffers`] can be made for; single stages use few of them.
 fn small(size: [u32; 2]) -> Config {
     let page_texels = 64;
-    Config { atlas_bytes: 8 * 4 * 64 * 64, page_texels, request_capacity: 1024, pair_capacity: 1024, ..Config::new(size) }
+    Config {
+        atlas_bytes: 8 * 4 * 64 * 64,
+        page_texels,
+        request_capacity: 1024,
+        pair_capacity: 1024,
+        ..Config::new(size)
+    }
 }
 
 /// Sort and compact.
@@ -275,7 +285,13 @@ impl Table {
         let counters = read_counters(lab, b)?;
         let mut pages: Vec<Page> = read(lab, &b.pages)?;
         pages.truncate(counters.sorted as usize);
-        Ok(Self { counters, keys: read(lab, &b.table_keys)?, nodes: read(lab, &b.nodes)?, entries: read(lab, &b.entries)?, pages })
+        Ok(Self {
+            counters,
+            keys: read(lab, &b.table_keys)?,
+            nodes: read(lab, &b.nodes)?,
+            entries: read(lab, &b.entries)?,
+            pages,
+        })
     }
 }
 
@@ -292,7 +308,14 @@ impl AllocateStage {
     }
 
     /// Chooses pages for distinct sorted keys, lets only those with `drawn` serve, and fills the entries.
-    pub fn run(&self, lab: &Lab, frame: &Frame, requests: &[(u32, u32)], runs: [u32; 3], drawn: impl Fn(u32) -> bool) -> Result<Table> {
+    pub fn run(
+        &self,
+        lab: &Lab,
+        frame: &Frame,
+        requests: &[(u32, u32)],
+        runs: [u32; 3],
+        drawn: impl Fn(u32) -> bool,
+    ) -> Result<Table> {
         let b = &self.b;
         assert!(requests.len() <= 8 * self.config.request_capacity as usize, "more requests than the list holds");
         clear(lab, &[&b.table_keys, &b.nodes, &b.histogram, &b.entries])?;
@@ -347,19 +370,24 @@ pub fn frame_constants(lab: &Lab, config: &Config) -> Result<Frame> {
     Ok(constants(config, &lab.buffers, &lab.frame_input())?)
 }
 
-/// Two dispatches that read and write one buffer; without `barrier` they race.
+/// One dispatch writes a buffer and the next reads it; without `barrier` they race.
+///
+/// The layers (1.3.239) report reads after writes and writes after reads. They are silent about two dispatches that
+/// both declare the buffer writable.
 pub fn two_dispatches(lab: &Lab, barrier: bool) -> Result<()> {
     let make = |name, bytes| Buffer::storage(&lab.gpu, name, bytes, vk::BufferUsageFlags::empty());
-    let (counters, values) = (make("counters", size_of::<Counters>() as u64)?, make("values", 4096)?);
-    clear(lab, &[&counters, &values])?;
-    let bindings = [Binding::Storage(&counters), Binding::Storage(&values)];
-    let scan = Compute::new(&lab.gpu, "sort_scan", spirv!("engine/sort_scan.comp"), &bindings, &[BLOCK], 4)?;
+    let (counters, values, histogram) =
+        (make("counters", size_of::<Counters>() as u64)?, make("values", 4096)?, make("histogram", 4096)?);
+    clear(lab, &[&counters, &values, &histogram])?;
+    let [c, v, h] = [&counters, &values, &histogram].map(Binding::Storage);
+    let scan = Compute::new(&lab.gpu, "sort_scan", spirv!("engine/sort_scan.comp"), &[c, v], &[BLOCK], 4)?;
+    let count = Compute::new(&lab.gpu, "sort_count", spirv!("engine/sort_count.comp"), &[c, v, h], &[BLOCK], 4)?;
     lab.submit(|cmd| {
         scan.dispatch(cmd, &16u32, [1, 1, 1]);
         if barrier {
             sync::barrier(&lab.gpu.device, cmd, &[(ComputeWrite, ComputeWrite)]);
         }
-        scan.dispatch(cmd, &16u32, [1, 1, 1]);
+        count.dispatch(cmd, &0u32, [1, 1, 1]);
     })?;
     Ok(())
 }

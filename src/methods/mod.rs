@@ -2,6 +2,7 @@
 
 mod raytraced;
 mod rmsm;
+mod rmsm_pictures;
 mod spec;
 mod uniform;
 

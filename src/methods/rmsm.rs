@@ -1,6 +1,6 @@
 //! The engine itself behind the method trait: resolution-matched shadow maps (Lefohn et al. 2007; book, 4.4.2).
 
-use super::{FrameTimes, LevelStatistics, Method, MethodInfo, MethodSpec, Parameter, Statistics, hard_directional};
+use super::{DebugPicture, FrameTimes, LevelStatistics, Method, MethodInfo, MethodSpec, Parameter, Statistics, hard_directional, rmsm_pictures};
 use crate::engine::Engine;
 use crate::engine::constants::{Grid, ROOT_LEVEL};
 use crate::gpu::sync::Access;
@@ -14,7 +14,7 @@ const PARAMETERS: &[Parameter] = &[
     Parameter { key: "requests", default: "flags", allowed: "sort or flags", meaning: "route from pixels to pages" },
     Parameter { key: "page", default: "128", allowed: "64, 128, 256 or 512", meaning: "side of a page in texels" },
     Parameter { key: "gutter", default: "1", allowed: "1 to 8", meaning: "border of a page in texels" },
-    Parameter { key: "depth_bias", default: "1", allowed: "0 to 16", meaning: "depth bias in texels of the page" },
+    Parameter { key: "depth_bias", default: "1", allowed: "0 to 16", meaning: "depth bias beyond the receiver plane's, in texels plus a quarter of their slope" },
     Parameter { key: "pairs", default: "131072", allowed: "1024 to 1048576", meaning: "most (cluster, page) pairs a frame" },
     Parameter { key: "keys", default: "16384", allowed: "1024 to 65536, a power of two", meaning: "most distinct pages asked for" },
 ];
@@ -111,5 +111,9 @@ impl Method for Rmsm {
             .map(|(name, value)| (name, u64::from(value)))
             .to_vec(),
         })
+    }
+
+    fn debug_pictures(&mut self, lab: &Lab) -> Result<Vec<DebugPicture>, LabError> {
+        rmsm_pictures::draw(&self.engine, lab)
     }
 }

@@ -18,7 +18,7 @@ use std::sync::Arc;
 const PARAMETERS: &[Parameter] = &[
     Parameter { key: "resolution", default: "4096", allowed: "64 to 16384", meaning: "side of the map in texels" },
     Parameter { key: "fit", default: "samples", allowed: "scene, frustum or samples", meaning: "what the map is fitted to" },
-    Parameter { key: "depth_bias", default: "1", allowed: "0 to 16", meaning: "depth bias in texels" },
+    Parameter { key: "depth_bias", default: "1", allowed: "0 to 16", meaning: "depth bias beyond the receiver plane's, in texels plus a quarter of their slope" },
 ];
 
 pub(super) const INFO: MethodInfo = MethodInfo {

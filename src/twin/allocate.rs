@@ -68,7 +68,12 @@ fn rank(node: &Node, level: i32) -> (u32, u32) {
 
 /// Chooses pages for `requests` (pixels by key) when the table takes `request_capacity` keys and the atlas
 /// `page_capacity` pages. `runs` are those of [`super::compact::Compacted`].
-pub fn allocate(requests: &BTreeMap<u32, u32>, runs: [u32; 3], request_capacity: u32, page_capacity: u32) -> Allocation {
+pub fn allocate(
+    requests: &BTreeMap<u32, u32>,
+    runs: [u32; 3],
+    request_capacity: u32,
+    page_capacity: u32,
+) -> Allocation {
     let fits = runs[..2].iter().position(|&r| r <= request_capacity).unwrap_or(2);
     let mut out = Allocation { shift: SHIFTS[fits], ..Allocation::default() };
     for root in 0..4 {
@@ -123,7 +128,8 @@ impl Allocation {
         for &key in self.nodes.keys() {
             let level = key_level(key);
             let path = 0..=(ROOT_LEVEL - level) as u32;
-            let served = path.map(|steps| key_ancestor(key, steps)).find_map(|k| Some((key_level(k), *layers.get(&k)?)));
+            let served =
+                path.map(|steps| key_ancestor(key, steps)).find_map(|k| Some((key_level(k), *layers.get(&k)?)));
             let entry = served.map_or(0, |(level, layer)| 1 << 31 | (level as u32) << 16 | layer);
             out.entries.insert(key, entry);
             if self.leaves.contains(&key) {

@@ -7,7 +7,6 @@
 
 use super::receiver::{decode_normal, half, half_bits, pixel_ray, xyz};
 use crate::gpu::structs::Frame;
-use glam::DVec3;
 
 /// Largest derivative that is stored.
 const LIMIT: f64 = 65000.0;
@@ -53,7 +52,7 @@ pub fn gradient(frame: &Frame, depth: &[f32], normal: &[u32]) -> Vec<Plane> {
             let lost = (step.abs() * ray.length() + ray.abs() * step.length()) * inverse.abs();
             let lost = rounding * (lost + exact.abs() * (ray.length() / along.abs()));
             for axis in 0..3 {
-                let value = DVec3::to_array(exact)[axis].clamp(-LIMIT, LIMIT);
+                let value = exact[axis].clamp(-LIMIT, LIMIT);
                 result.derivatives[3 * s + axis] = value;
                 result.tolerance[3 * s + axis] = half_unit(value) + lost[axis];
             }

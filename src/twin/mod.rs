@@ -13,5 +13,7 @@ pub mod request;
 pub mod sort;
 
 pub use crate::engine::constants::ROOT_LEVEL;
-pub use crate::engine::request::SHIFTS;
-pub use crate::engine::sort::BLOCK;
+/// Levels by which the attempts coarsen all requests.
+pub const SHIFTS: [u32; 3] = crate::engine::request::SHIFTS;
+/// Entries that a workgroup of the sort handles.
+pub const BLOCK: u32 = crate::engine::sort::BLOCK;

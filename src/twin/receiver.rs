@@ -80,7 +80,9 @@ mod tests {
 
     #[test]
     fn halves_and_normals_survive() {
-        for (bits, value) in [(0x3c00, 1.0), (0xc000, -2.0), (1, 5.960_464_5e-8), (0x7bff, 65504.0), (0, 0.0), (0x0400, 6.103_515_6e-5)] {
+        for (bits, value) in
+            [(0x3c00, 1.0), (0xc000, -2.0), (1, 5.960_464_5e-8), (0x7bff, 65504.0), (0, 0.0), (0x0400, 6.103_515_6e-5)]
+        {
             assert_eq!((half(bits), half_bits(value)), (value, bits));
         }
         assert!(half(0x7c01).is_nan() && half(0x7c00).is_infinite());

@@ -4,10 +4,10 @@
 //! so a pixel near the border of a page, of a level or of facing the light may ask for a neighbour: [`Requests::near`]
 //! lists these pixels with all pages they may ask for. Every other pixel must ask for exactly its page.
 
+use super::ROOT_LEVEL;
 use super::SHIFTS;
 use super::key::key_of;
 use super::receiver::{decode_derivatives, decode_normal, linear_depth, pixel_ray, xyz};
-use super::ROOT_LEVEL;
 use crate::gpu::structs::Frame;
 use glam::Vec2;
 use std::collections::{BTreeMap, BTreeSet};
@@ -64,7 +64,7 @@ pub fn attempts(
 }
 
 /// The key of a pixel and all keys that rounding could make of it; 0 when it asks for nothing.
-fn pixel_keys(frame: &Frame, pixel: [u32; 2], stored: f32, receiver: [u32; 4], shift: u32) -> (u32, BTreeSet<u32>) {
+pub fn pixel_keys(frame: &Frame, pixel: [u32; 2], stored: f32, receiver: [u32; 4], shift: u32) -> (u32, BTreeSet<u32>) {
     let mut others = BTreeSet::new();
     if stored <= 0.0 {
         return (0, others);

@@ -23,7 +23,8 @@ impl Bench {
 
 /// A lab whose messages nobody checks.
 pub fn lab(scene: Scene, view: View) -> Lab {
-    Lab::new(&LabOptions { device: None, validation: true }, scene, view).expect("a Vulkan device with validation layers")
+    Lab::new(&LabOptions { device: None, validation: true }, scene, view)
+        .expect("a Vulkan device with validation layers")
 }
 
 impl Deref for Bench {
@@ -43,7 +44,8 @@ impl Drop for Bench {
 }
 
 pub fn view(eye: [f64; 3], target: [f64; 3], direction: [f64; 3], size: [u32; 2]) -> View {
-    let camera = Camera { eye: eye.into(), target: target.into(), up: DVec3::Y, fov_y_deg: 50.0, near: 0.02, far: 200.0 };
+    let camera =
+        Camera { eye: eye.into(), target: target.into(), up: DVec3::Y, fov_y_deg: 50.0, near: 0.02, far: 200.0 };
     View { camera, lights: vec![Light::directional(direction.into())], size, time_s: 0.0 }
 }
 
@@ -58,7 +60,7 @@ impl Lcg {
 
     /// Below `end`.
     pub fn below(&mut self, end: u32) -> u32 {
-        (u64::from(self.word()) * u64::from(end) >> 32) as u32
+        ((u64::from(self.word()) * u64::from(end)) >> 32) as u32
     }
 
     /// From 0 to below 1.

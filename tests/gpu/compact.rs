@@ -55,7 +55,8 @@ fn runs_are_distinct_keys_but_for_the_root_level() {
         let sorted: Vec<_> = keys.iter().map(|&k| (k, 1)).collect();
         let runs = twin::compact::compact(&sorted).runs;
         for (i, shift) in twin::SHIFTS.into_iter().enumerate() {
-            let distinct: std::collections::BTreeSet<_> = keys.iter().map(|&k| twin::key::key_ancestor(k, shift)).collect();
+            let distinct: std::collections::BTreeSet<_> =
+                keys.iter().map(|&k| twin::key::key_ancestor(k, shift)).collect();
             let distinct = distinct.len() as u32;
             assert!((distinct..=distinct + 4 * shift).contains(&runs[i]), "{case}: {} runs of {distinct}", runs[i]);
         }

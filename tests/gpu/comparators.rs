@@ -83,7 +83,9 @@ pub fn same_table(want: &Allocation, served: &Service, got: &Table) -> Verdict {
     if want.nodes.len() < 4 || want.pages.len() < 4 || served.entries.len() != want.nodes.len() {
         return Err(format!("nothing to compare: {} nodes, {} pages", want.nodes.len(), want.pages.len()));
     }
-    let same = |what: &str, got: u64, want: u64| if got == want { Ok(()) } else { Err(format!("{what}: {got}, the twin has {want}")) };
+    let same = |what: &str, got: u64, want: u64| {
+        if got == want { Ok(()) } else { Err(format!("{what}: {got}, the twin has {want}")) }
+    };
     let c = &got.counters;
     same("leaves", c.leaves.into(), want.leaves.len() as u64)?;
     same("nodes", u64::from(c.leaves) + u64::from(c.nodes), want.nodes.len() as u64)?;
@@ -91,19 +93,21 @@ pub fn same_table(want: &Allocation, served: &Service, got: &Table) -> Verdict {
     same("shift", c.shift.into(), want.shift.into())?;
     let slots: BTreeMap<u32, &Node> = got.keys.iter().copied().zip(&got.nodes).filter(|(key, _)| *key != 0).collect();
     same("filled slots", slots.len() as u64, want.nodes.len() as u64)?;
-    let key_at = |link: u32| if link == 0 { Ok(0) } else { got.keys.get(link as usize - 1).copied().ok_or("a link out of range") };
+    let key_at = |link: u32| {
+        if link == 0 { Ok(0) } else { got.keys.get(link as usize - 1).copied().ok_or("a link out of range") }
+    };
     for (&key, node) in &want.nodes {
         let gpu = slots.get(&key).ok_or_else(|| format!("node {key:x} is missing"))?;
-        let mut child = [0; 4];
-        for q in 0..4 {
-            child[q] = key_at(gpu.child[q])?;
-        }
+        let [a, b, c, d] = gpu.child.map(key_at);
+        let child = [a?, b?, c?, d?];
         let parent = key_at(gpu.parent)?;
         let want_parent = if key >> 28 == 1 { 0 } else { umbrage::twin::key::key_ancestor(key, 1) };
         let read = (gpu.key, u64::from(gpu.own), u64::from(gpu.below), gpu.rank, child, parent);
         let expected = (key, node.own, node.below, node.rank, node.child, want_parent);
         if read != expected {
-            return Err(format!("node {key:x}: (key, own, below, rank, child, parent) {read:x?}, the twin's {expected:x?}"));
+            return Err(format!(
+                "node {key:x}: (key, own, below, rank, child, parent) {read:x?}, the twin's {expected:x?}"
+            ));
         }
     }
     same("threshold", c.threshold.into(), want.threshold.into())?;
@@ -125,7 +129,10 @@ pub fn same_table(want: &Allocation, served: &Service, got: &Table) -> Verdict {
     }
     if (c.requested, c.refused) != (served.requested, served.refused) {
         let (requested, refused) = (c.requested, c.refused);
-        return Err(format!("requested {requested:?}, refused {refused:?}, the twin has {:?}, {:?}", served.requested, served.refused));
+        return Err(format!(
+            "requested {requested:?}, refused {refused:?}, the twin has {:?}, {:?}",
+            served.requested, served.refused
+        ));
     }
     Ok(())
 }
@@ -134,7 +141,11 @@ pub fn same_table(want: &Allocation, served: &Service, got: &Table) -> Verdict {
 pub fn same_image(want: &[f32], got: &[f32]) -> Verdict {
     mixed(want)?;
     let differing = want.iter().zip(got).filter(|(a, b)| a.to_bits() != b.to_bits()).count();
-    if want.len() == got.len() && differing == 0 { Ok(()) } else { Err(format!("{differing} of {} pixels differ", want.len())) }
+    if want.len() == got.len() && differing == 0 {
+        Ok(())
+    } else {
+        Err(format!("{differing} of {} pixels differ", want.len()))
+    }
 }
 
 /// Finite, from 0 to 1, and with at least one pixel in fifty of either kind.
@@ -160,7 +171,9 @@ mod fail {
     fn same_entries_can_fail() {
         let want = [(1, 5), (2, 6)];
         assert!(same_entries(&want, &want).is_ok());
-        for got in [&[(1, 5)][..], &[], &[(1, 5), (2, 7)], &[(2, 6), (1, 5)], &[(1, 5), (2, 6), (2, 6)], &[(0, 0), (0, 0)]] {
+        for got in
+            [&[(1, 5)][..], &[], &[(1, 5), (2, 7)], &[(2, 6), (1, 5)], &[(1, 5), (2, 6), (2, 6)], &[(0, 0), (0, 0)]]
+        {
             assert!(same_entries(&want, got).is_err(), "{got:?}");
         }
         assert!(same_entries(&[], &[]).is_err());
@@ -186,8 +199,14 @@ mod fail {
         for got in [map(&[(1, 50), (2, 50)]), map(&[(1, 49), (2, 50), (3, 1)])] {
             assert!(same_requests(&want, &got).is_ok(), "{got:?}");
         }
-        let wrong: [&[(u32, u32)]; 6] =
-            [&[], &[(1, 50)], &[(1, 49), (2, 51)], &[(1, 48), (2, 50), (3, 2)], &[(1, 49), (2, 50)], &[(1, 50), (2, 50), (3, 1)]];
+        let wrong: [&[(u32, u32)]; 6] = [
+            &[],
+            &[(1, 50)],
+            &[(1, 49), (2, 51)],
+            &[(1, 48), (2, 50), (3, 2)],
+            &[(1, 49), (2, 50)],
+            &[(1, 50), (2, 50), (3, 1)],
+        ];
         for got in wrong {
             assert!(same_requests(&want, &map(got)).is_err(), "{got:?}");
         }

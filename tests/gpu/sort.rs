@@ -7,7 +7,23 @@ use umbrage::twin::{self, BLOCK};
 
 /// Lengths at which threads, groups, blocks and capacities begin and end.
 fn lengths(capacity: u32) -> Vec<u32> {
-    let mut all = vec![0, 1, 7, 8, 9, 63, 64, 65, BLOCK - 1, BLOCK, BLOCK + 1, 2 * BLOCK + 1, capacity - 1, capacity, capacity + 1];
+    let mut all = vec![
+        0,
+        1,
+        7,
+        8,
+        9,
+        63,
+        64,
+        65,
+        BLOCK - 1,
+        BLOCK,
+        BLOCK + 1,
+        2 * BLOCK + 1,
+        capacity - 1,
+        capacity,
+        capacity + 1,
+    ];
     all.sort_unstable();
     all.dedup();
     all

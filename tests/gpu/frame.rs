@@ -1,0 +1,143 @@
+//! Whole frames: the same bits again, the same pages on both routes, an answer for every pixel when space runs out.
+
+use crate::bench::Bench;
+use crate::comparators::{mixed, same_image};
+use crate::scenes;
+use std::collections::BTreeMap;
+use umbrage::lab::View;
+use umbrage::lab::stages::{EngineStage, Table};
+use umbrage::scene::Scene;
+use umbrage::twin::key::{key_ancestor, key_level};
+use umbrage::{Config, RequestRoute};
+
+const SIZE: [u32; 2] = [320, 180];
+
+fn frame(lab: &Bench, config: &Config) -> (Vec<f32>, Table) {
+    EngineStage::new(lab, config).unwrap().frame(lab).unwrap()
+}
+
+/// What a page table says, without the slots, whose order is a matter of chance.
+#[derive(Debug, PartialEq)]
+struct Said {
+    entries: BTreeMap<u32, u32>,
+    pages: Vec<(u32, u32)>,
+    levels: [[u32; 16]; 3],
+    drawn: [u32; 5],
+}
+
+fn said(table: &Table) -> Said {
+    let c = &table.counters;
+    assert!(c.leaves > 0 && c.pages >= 4, "nothing to compare: {c:?}");
+    Said {
+        entries: table.keys.iter().copied().zip(table.entries.iter().copied()).filter(|e| e.0 != 0).collect(),
+        pages: table.pages.iter().map(|p| (p.key, p.admitted)).collect(),
+        levels: [c.requested, c.resident, c.refused],
+        drawn: [c.shift, c.admitted, c.pairs_opaque, c.pairs_masked, c.triangles],
+    }
+}
+
+/// Every node's entry names itself or its nearest ancestor that is drawn, and that page has the right key.
+fn entries_lead_to_pages(table: &Table) {
+    let said = said(table);
+    for (&key, &entry) in &said.entries {
+        assert_eq!(entry >> 31, 1, "{key:x} has no entry");
+        let (level, layer) = ((entry >> 16 & 15) as i32, (entry & 0xffff) as usize);
+        let serving = key_ancestor(key, (level - key_level(key)) as u32);
+        assert_eq!(said.pages[layer], (serving, 1), "{key:x} is served by {entry:x}");
+        for steps in 0..(level - key_level(key)) as u32 {
+            let finer = key_ancestor(key, steps);
+            assert!(!said.pages.contains(&(finer, 1)), "{key:x} is served by {entry:x} although {finer:x} is drawn");
+        }
+    }
+    assert_eq!(table.counters.resident.iter().sum::<u32>(), table.counters.admitted);
+    assert_eq!(table.counters.requested.iter().sum::<u32>(), table.counters.leaves);
+    assert_eq!(said.pages.iter().map(|p| p.1).sum::<u32>(), table.counters.admitted);
+}
+
+fn both_routes_agree(name: &str, (scene, view): (Scene, View), configs: &[Config]) {
+    let lab = Bench::new(scene, view);
+    for config in configs {
+        let flags = frame(&lab, &Config { route: RequestRoute::Flags, ..config.clone() });
+        let sort = frame(&lab, &Config { route: RequestRoute::Sort, ..config.clone() });
+        entries_lead_to_pages(&flags.1);
+        assert_eq!(said(&flags.1), said(&sort.1), "{name}, {config:?}");
+        same_image(&flags.0, &sort.0).unwrap_or_else(|why| panic!("{name}, {config:?}: {why}"));
+    }
+}
+
+#[test]
+fn both_routes_give_the_same_frame() {
+    let plenty = Config::new(SIZE);
+    let tight = Config { atlas_bytes: 2 << 20, ..plenty.clone() };
+    // more than 1024 pages are asked for; a quarter by a quarter of them are not
+    let coarsened = Config { level_bias: -4.0, request_capacity: 1024, ..plenty.clone() };
+    both_routes_agree("street", scenes::street(SIZE), &[plenty.clone(), tight, coarsened]);
+    for seed in [1, 2, 3] {
+        both_routes_agree(&format!("random, seed {seed}"), scenes::random(SIZE, seed), std::slice::from_ref(&plenty));
+    }
+}
+
+/// A known fault: the sort route's list holds half an entry a pixel and coarsens where the flags route need not.
+#[test]
+#[should_panic(expected = "bias -8")]
+fn both_routes_agree_when_every_pixel_has_a_page_of_its_own() {
+    let (scene, view) = scenes::street(SIZE);
+    let lab = Bench::new(scene, view);
+    let shift = |route| {
+        let config = Config { level_bias: -8.0, request_capacity: 65536, route, ..Config::new(SIZE) };
+        frame(&lab, &config).1.counters.shift
+    };
+    assert_eq!(shift(RequestRoute::Flags), shift(RequestRoute::Sort), "bias -8");
+}
+
+#[test]
+fn the_same_frame_has_the_same_bits() {
+    for (scene, view) in [scenes::street(SIZE), scenes::random(SIZE, 4)] {
+        let lab = Bench::new(scene, view);
+        for route in [RequestRoute::Flags, RequestRoute::Sort] {
+            let config = Config { route, atlas_bytes: 4 << 20, ..Config::new(SIZE) };
+            let mut engine = EngineStage::new(&lab, &config).unwrap();
+            let first = engine.frame(&lab).unwrap();
+            for (what, again) in [("again", engine.frame(&lab).unwrap()), ("a fresh engine", frame(&lab, &config))] {
+                assert_eq!(said(&first.1), said(&again.1), "{route:?}, {what}");
+                same_image(&first.0, &again.0).unwrap_or_else(|why| panic!("{route:?}, {what}: {why}"));
+            }
+        }
+    }
+}
+
+#[test]
+fn every_pixel_has_an_answer_when_space_runs_out() {
+    let plenty = Config::new(SIZE);
+    let cases = [
+        ("atlas", Config { atlas_bytes: 1 << 20, ..plenty.clone() }),
+        ("least atlas", Config { atlas_bytes: 1 << 17, page_texels: 64, ..plenty.clone() }),
+        ("pairs", Config { pair_capacity: 1024, ..plenty.clone() }),
+        ("indices", Config { index_capacity: 0, ..plenty.clone() }),
+        ("keys", Config { request_capacity: 1024, level_bias: -8.0, ..plenty.clone() }),
+    ];
+    let (scene, view) = scenes::street(SIZE);
+    let lab = Bench::new(scene, view);
+    let (best, _) = frame(&lab, &plenty);
+    for (name, config) in cases {
+        let (visibility, table) = frame(&lab, &config);
+        let c = table.counters;
+        mixed(&visibility).unwrap_or_else(|why| panic!("{name}: {why}"));
+        entries_lead_to_pages(&table);
+        match name {
+            "indices" => {
+                assert!(c.indices > config.index_capacity, "{name}: {c:?}");
+                same_image(&best, &visibility).unwrap_or_else(|why| panic!("{name}: {why}"));
+            }
+            "keys" => assert!(c.shift > 0, "{name}: {c:?}"),
+            _ => assert!(c.refused.iter().sum::<u32>() > 0, "{name}: {c:?}"),
+        }
+        match name {
+            "pairs" => assert!(
+                c.admitted < c.pages && c.pairs_opaque + c.pairs_masked <= 1024 && c.pairs_asked > 1024,
+                "{name}: {c:?}"
+            ),
+            _ => assert!(c.admitted == c.pages && c.pages <= config.page_capacity(), "{name}: {c:?}"),
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! Scenes made in code, with a view each. Units are metres, y points up.
+
+use crate::bench::{Lcg, view};
+use glam::{DVec3, Vec3};
+use umbrage::lab::View;
+use umbrage::scene::{Attributes, CLUSTER_TRIANGLES, Cluster, Instance, Material, Mesh, NO_TEXTURE, Scene, builtin};
+
+const IDENTITY: [[f32; 4]; 3] = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+const OPAQUE: Material = Material {
+    base_color: [0.8, 0.8, 0.8, 1.0],
+    uv_row0: [1.0, 0.0, 0.0, 0.0],
+    uv_row1: [0.0, 1.0, 0.0, 0.0],
+    texel_offset: NO_TEXTURE,
+    width: 0,
+    height: 0,
+    wrap: 0,
+    alpha_cutoff: 0.0,
+    pad: [0; 3],
+};
+
+/// A sheet of `n` x `n` cells; `place` maps (0..1, 0..1) to space.
+fn sheet(n: u32, place: impl Fn(f64, f64) -> DVec3) -> Vec<([f64; 2], DVec3)> {
+    let at = |x: u32, y: u32| {
+        let (u, v) = (f64::from(x) / f64::from(n), f64::from(y) / f64::from(n));
+        ([u, v], place(u, v))
+    };
+    let cell = |i: u32| {
+        let (x, y) = (i % n, i / n);
+        let [a, b, c, d] = [at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)];
+        [a, b, c, a, c, d]
+    };
+    (0..n * n).flat_map(cell).collect()
+}
+
+fn plane(half: f64) -> Vec<([f64; 2], DVec3)> {
+    sheet(12, |u, v| DVec3::new((2.0 * u - 1.0) * half, 0.0, (2.0 * v - 1.0) * half))
+}
+
+fn block(low: DVec3, high: DVec3) -> Vec<([f64; 2], DVec3)> {
+    let side = |axis: usize, end: f64| {
+        sheet(1, move |u, v| {
+            let mut t = DVec3::splat(end);
+            (t[(axis + 1) % 3], t[(axis + 2) % 3]) = (u, v);
+            low + t * (high - low)
+        })
+    };
+    (0..3).flat_map(|axis| [side(axis, 0.0), side(axis, 1.0)]).flatten().collect()
+}
+
+fn sphere(centre: DVec3, radius: f64) -> Vec<([f64; 2], DVec3)> {
+    sheet(48, |u, v| {
+        let (a, b) = (u * std::f64::consts::TAU, v * std::f64::consts::PI);
+        centre + radius * DVec3::new(b.sin() * a.cos(), b.cos(), b.sin() * a.sin())
+    })
+}
+
+/// Collects meshes of one instance each.
+struct Builder(Scene);
+
+impl Builder {
+    fn new(name: &str) -> Self {
+        let (bounds_min, bounds_max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        Self(Scene { name: name.into(), bounds_min, bounds_max, ..Scene::default() })
+    }
+
+    fn add(&mut self, material: Material, vertices: &[([f64; 2], DVec3)]) {
+        let scene = &mut self.0;
+        let first_index = scene.indices.len() as u32;
+        let first_cluster = scene.clusters.len() as u32;
+        let mesh = scene.meshes.len() as u32;
+        for triangle in vertices.chunks(3).filter(|t| (t[1].1 - t[0].1).cross(t[2].1 - t[0].1).length() > 1e-12) {
+            for &(uv, p) in triangle {
+                scene.indices.push(scene.positions.len() as u32);
+                scene.positions.push(p.as_vec3().to_array());
+                scene.attributes.push(Attributes { uv: uv.map(|v| v as f32), color: u32::MAX });
+                scene.bounds_min = scene.bounds_min.min(p);
+                scene.bounds_max = scene.bounds_max.max(p);
+            }
+        }
+        let own: Vec<u32> = scene.indices[first_index as usize..].to_vec();
+        for (i, chunk) in own.chunks(3 * CLUSTER_TRIANGLES).enumerate() {
+            let corners = || chunk.iter().map(|&i| Vec3::from(scene.positions[i as usize]));
+            let (low, high) = (corners().reduce(Vec3::min).unwrap(), corners().reduce(Vec3::max).unwrap());
+            let center = 0.5 * (low + high);
+            let extent = (high - center).max(center - low).to_array().map(|e| e.next_up().next_up());
+            let first_index = first_index + (3 * CLUSTER_TRIANGLES * i) as u32;
+            let triangle_count = chunk.len() as u32 / 3;
+            scene.clusters.push(Cluster { center: center.to_array(), first_index, extent, triangle_count });
+        }
+        scene.instances.push(Instance { rows: IDENTITY, material: mesh, mesh, pad: [0; 2] });
+        scene.meshes.push(Mesh {
+            first_index,
+            index_count: own.len() as u32,
+            first_cluster,
+            cluster_count: scene.clusters.len() as u32 - first_cluster,
+            material: mesh,
+            first_instance: mesh,
+            instance_count: 1,
+            casts: true,
+            alpha_tested: material.alpha_cutoff > 0.0,
+        });
+        scene.materials.push(material);
+    }
+
+    /// Moves the origin to the middle of the bounds.
+    fn finish(mut self) -> Scene {
+        let scene = &mut self.0;
+        scene.origin = 0.5 * (scene.bounds_min + scene.bounds_max);
+        for row in 0..3 {
+            scene.instances.iter_mut().for_each(|i| i.rows[row][3] = -scene.origin[row] as f32);
+        }
+        self.0
+    }
+}
+
+pub fn street(size: [u32; 2]) -> (Scene, View) {
+    (builtin(), view([9.0, 1.7, 9.5], [-2.0, 1.2, -1.5], [-0.5, -0.8, -0.35], size))
+}
+
+pub fn low_sun(size: [u32; 2]) -> (Scene, View) {
+    (builtin(), view([7.0, 5.0, 9.0], [-2.0, 0.0, -1.0], [-1.0, -0.22, -0.3], size))
+}
+
+pub fn sphere_on_plane(size: [u32; 2]) -> (Scene, View) {
+    let mut b = Builder::new("sphere");
+    b.add(OPAQUE, &plane(6.0));
+    b.add(OPAQUE, &sphere(DVec3::new(0.0, 1.3, 0.0), 1.0));
+    (b.finish(), view([3.0, 4.0, 6.0], [0.5, 0.4, 0.0], [0.6, -1.0, -0.3], size))
+}
+
+pub fn thin_poles(size: [u32; 2]) -> (Scene, View) {
+    let mut b = Builder::new("poles");
+    b.add(OPAQUE, &plane(6.0));
+    for i in 0..48 {
+        let foot = DVec3::new(-3.5 + 0.15 * f64::from(i), -0.05, 0.3 * f64::from(i % 3));
+        b.add(OPAQUE, &block(foot, foot + DVec3::new(0.03, 1.8, 0.03)));
+    }
+    (b.finish(), view([1.0, 3.0, 5.0], [0.5, 0.3, 0.0], [0.5, -1.0, -0.8], size))
+}
+
+/// Leaves whose outline is a disc in an 8x8 alpha texture.
+pub fn leaves(size: [u32; 2]) -> (Scene, View) {
+    let mut b = Builder::new("leaves");
+    let texel = |i: u32| {
+        let d = [i % 8, i / 8].map(|c| (f64::from(c) - 3.5) / 4.0);
+        let alpha = (255.0 * (1.35 - (d[0] * d[0] + d[1] * d[1]).sqrt()).clamp(0.0, 1.0)) as u32;
+        alpha << 24 | 0x0030_a030
+    };
+    b.0.texels = (0..64).map(texel).collect();
+    b.add(OPAQUE, &plane(6.0));
+    let leaf = Material { texel_offset: 0, width: 8, height: 8, wrap: 0b1010, alpha_cutoff: 0.5, ..OPAQUE };
+    let mut lcg = Lcg(5);
+    let mut quads = Vec::new();
+    for _ in 0..60 {
+        let centre = DVec3::new(lcg.between(-2.0, 2.0), lcg.between(0.8, 2.2), lcg.between(-1.5, 1.5));
+        let right =
+            DVec3::new(lcg.between(-1.0, 1.0), lcg.between(-0.3, 0.3), lcg.between(-1.0, 1.0)).normalize() * 0.35;
+        let up = right.cross(DVec3::new(0.3, 0.2, 1.0)).normalize() * 0.35;
+        quads.extend(sheet(1, |u, v| centre + (2.0 * u - 1.0) * right + (2.0 * v - 1.0) * up));
+    }
+    b.add(leaf, &quads);
+    (b.finish(), view([2.5, 4.0, 6.0], [0.4, 0.5, 0.0], [0.35, -1.0, -0.3], size))
+}
+
+/// Blocks and leaves at random over a plane.
+pub fn random(size: [u32; 2], seed: u64) -> (Scene, View) {
+    let mut lcg = Lcg(seed);
+    let mut b = Builder::new("random");
+    b.0.texels = (0..16).map(|_| lcg.word()).collect();
+    b.add(OPAQUE, &plane(6.0));
+    for _ in 0..25 {
+        let low = DVec3::new(lcg.between(-5.0, 4.0), lcg.between(-0.1, 2.0), lcg.between(-5.0, 4.0));
+        let edges = DVec3::new(lcg.between(0.05, 1.5), lcg.between(0.05, 1.5), lcg.between(0.05, 1.5));
+        b.add(OPAQUE, &block(low, low + edges));
+    }
+    let leaf = Material { texel_offset: 0, width: 4, height: 4, alpha_cutoff: 0.5, ..OPAQUE };
+    let tilt = DVec3::new(lcg.between(-0.5, 0.5), 2.5, lcg.between(-0.5, 0.5));
+    b.add(leaf, &sheet(2, |u, v| tilt + DVec3::new(4.0 * u - 2.0, u * v, 4.0 * v - 2.0)));
+    let sun = [lcg.between(-0.8, 0.8), -1.0, lcg.between(-0.8, 0.8)];
+    (b.finish(), view([lcg.between(-4.0, 4.0), 4.5, 7.0], [0.0, 0.5, 0.0], sun, size))
+}

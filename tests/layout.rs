@@ -1,0 +1,136 @@
+//! Structs shared with GLSL have the names and offsets of the committed SPIR-V, and every stage has all its files.
+#![cfg(feature = "lab")]
+
+#[path = "support/spirv.rs"]
+mod spirv;
+
+use spirv::{assert_layout, check_layout, committed, files, path, read};
+use std::collections::BTreeSet;
+use std::mem::offset_of;
+use umbrage::gpu::structs::{Caster, Counters, Frame, Node, Page};
+use umbrage::scene::{Cluster, Instance, Material};
+
+/// Name and offset of each field.
+macro_rules! fields {
+    ($type:ident, $($field:ident)*) => { &[$((stringify!($field), offset_of!($type, $field))),*] };
+}
+
+#[test]
+fn engine_structs_are_those_of_the_shaders() {
+    let all = committed("");
+    assert_layout::<Frame>(
+        &all,
+        "Frame",
+        fields!(Frame, clip_from_eye ray_corner ray_dx ray_dy eye light_x light_y light_z eye_page anchor_page page rule size),
+    );
+    assert_layout::<Node>(&all, "Node", fields!(Node, key own below rank parent page child));
+    assert_layout::<Page>(&all, "Page", fields!(Page, key slot node admitted origin scale pad));
+    assert_layout::<Counters>(
+        &all,
+        "Counters",
+        fields!(Counters, requests unique leaves nodes failed shift threshold pages admitted pairs_opaque pairs_masked
+            pairs_asked indices triangles sorted pad roots requested resident refused),
+    );
+    assert_layout::<Caster>(&all, "Caster", fields!(Caster, instance cluster));
+}
+
+#[test]
+fn scene_structs_are_those_of_the_shaders() {
+    let all = committed("");
+    assert_layout::<Cluster>(&all, "Cluster", fields!(Cluster, center first_index extent triangle_count));
+    assert_layout::<Instance>(&all, "Instance", fields!(Instance, rows material mesh pad));
+    assert_layout::<Material>(
+        &all,
+        "Material",
+        fields!(Material, base_color uv_row0 uv_row1 texel_offset width height wrap alpha_cutoff pad),
+    );
+}
+
+/// A constant buffer of one frame has no arrays of it, so its size is not checked by a stride.
+#[test]
+fn the_frame_has_no_tail() {
+    assert_eq!(offset_of!(Frame, size) + 16, size_of::<Frame>());
+}
+
+#[test]
+fn a_wrong_layout_is_seen() {
+    let all = committed("engine/");
+    let right: &[(&str, usize)] = fields!(Caster, instance cluster);
+    assert!(check_layout(&all, "Caster", 8, right).is_ok());
+    assert!(check_layout(&all, "Caster", 12, right).is_err(), "size");
+    assert!(check_layout(&all, "Caster", 8, &[("instance", 4), ("cluster", 0)]).is_err(), "offsets");
+    assert!(check_layout(&all, "Caster", 8, &[("cluster", 0), ("instance", 4)]).is_err(), "names");
+    assert!(check_layout(&all, "Castor", 8, right).is_err(), "a struct that no shader has");
+}
+
+/// Structs without a Rust type that a test can name: fixed by Vulkan, or private.
+#[test]
+fn other_structs_have_their_known_layout() {
+    type Command = ash::vk::DrawIndexedIndirectCommand;
+    let all = committed("");
+    let fields = fields!(Command, index_count instance_count first_index vertex_offset first_instance);
+    assert_layout::<Command>(&all, "DrawCommand", fields);
+    assert_eq!(check_layout(&all, "Pair", 8, &[("page", 0), ("caster", 4)]), Ok(()));
+    assert_eq!(check_layout(&all, "Fit", 48, &[("row_u", 0), ("row_v", 16), ("texel", 32)]), Ok(()));
+}
+
+/// Every struct of which shaders have an array is compared above.
+#[test]
+fn no_struct_is_forgotten() {
+    let compared = ["Node", "Page", "Caster", "Cluster", "Instance", "Material", "Pair", "DrawCommand"];
+    let structs = committed("").into_iter().flat_map(|s| read(&s.words).structs).filter(|s| s.stride.is_some());
+    let names: BTreeSet<_> = structs.map(|s| s.name).collect();
+    assert_eq!(names, compared.map(str::to_owned).into());
+}
+
+/// What comes before the first '_', but for the depth prepass.
+fn stems(files: &[String]) -> BTreeSet<String> {
+    let stem = |file: &String| {
+        let name = file.rsplit('/').next()?.split('.').next()?;
+        Some(if name.starts_with("depth_prepass") { "depth_prepass" } else { name.split('_').next()? }.to_owned())
+    };
+    files.iter().filter_map(stem).collect()
+}
+
+#[test]
+fn no_stage_is_an_orphan() {
+    let shaders = stems(&files("glsl/engine"));
+    assert!(shaders.len() >= 9, "{shaders:?}");
+    assert_eq!(shaders, stems(&files("spirv/engine")));
+    for stem in &shaders {
+        assert!(path(&format!("src/engine/{stem}.rs")).is_file(), "src/engine/{stem}.rs is missing");
+    }
+    let helpers = ["buffers", "constants", "frame", "mod"];
+    for file in files("src/engine") {
+        let name = file.rsplit('/').next().unwrap().trim_end_matches(".rs");
+        assert!(helpers.contains(&name) || shaders.contains(name), "{file} has no shader");
+    }
+    for stem in ["gradient", "request", "sort", "compact", "allocate"] {
+        assert!(shaders.contains(stem), "{stem} has no shader");
+        for file in [format!("src/twin/{stem}.rs"), format!("tests/gpu/{stem}.rs")] {
+            assert!(path(&file).is_file(), "{file} is missing");
+        }
+    }
+    for file in files("src/twin") {
+        let name = file.rsplit('/').next().unwrap().trim_end_matches(".rs");
+        let shared = path(&format!("glsl/shared/{name}.glsl")).is_file();
+        assert!(name == "mod" || shared || shaders.contains(name), "{file} is the twin of nothing");
+    }
+}
+
+/// Validation is silent about two dispatches that both declare a buffer writable, so the order of a stage's own
+/// dispatches is read from its source: each is followed by a barrier or ends its function.
+#[test]
+fn dispatches_of_a_stage_have_barriers_between_them() {
+    for stem in ["sort", "compact", "allocate"] {
+        let source = std::fs::read_to_string(path(&format!("src/engine/{stem}.rs"))).unwrap();
+        let statements: Vec<&str> = source.split(';').map(str::trim).collect();
+        let dispatches = |text: &str| text.contains(".dispatch");
+        assert!(statements.iter().filter(|s| dispatches(s)).count() >= 3, "{stem}");
+        for pair in statements.windows(2).filter(|pair| dispatches(pair[0])) {
+            let ordered = pair[1].contains("barrier(") || pair[1].contains("next()");
+            let last = pair[1].starts_with('}') && !dispatches(pair[1]);
+            assert!(ordered || last, "{stem}.rs: no barrier after `{}`", pair[0]);
+        }
+    }
+}
