@@ -20,6 +20,17 @@ pub enum RequestRoute {
     Flags,
 }
 
+/// Sides of casters that are left out of the shadow map, by the winding of their triangles (counter-clockwise is front).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cull {
+    /// Both sides cast.
+    None = 0,
+    /// Sides turned away from the light do not cast.
+    Back = 1,
+    /// Sides turned to the light do not cast.
+    Front = 2,
+}
+
 /// Plain data; every field is checked when the engine is made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
@@ -34,6 +45,8 @@ pub struct Config {
     /// Finest level that pixels may ask for, relative to one texel a pixel: -1 is half a pixel. -8 to 8.
     /// Pages this fine are drawn where the atlas has room; coarser ones serve elsewhere.
     pub level_bias: f32,
+    /// Sides of casters that are left out; off by default, since shadow truth is geometric.
+    pub cull: Cull,
     /// The level rule.
     pub level_rule: LevelRule,
     /// The route from pixels to the list of pages. Both give the same pages.
@@ -61,6 +74,7 @@ impl Config {
             page_texels: 128,
             gutter: 1,
             level_bias: -3.0,
+            cull: Cull::None,
             level_rule: LevelRule::MinLength,
             route: RequestRoute::Flags,
             request_capacity: 16384,

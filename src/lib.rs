@@ -26,7 +26,7 @@ pub mod twin;
 pub mod view;
 
 pub use camera::Camera;
-pub use config::{Config, LevelRule, RequestRoute};
+pub use config::{Config, Cull, LevelRule, RequestRoute};
 pub use engine::Engine;
 pub use error::Error;
 pub use light::Light;

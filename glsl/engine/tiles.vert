@@ -5,4 +5,7 @@
 #include "shared/structs.glsl"
 #include "shared/tile_vertex.glsl"
 
-void main() { place_vertex(); }
+void main() {
+    Instance instance;
+    place_vertex(instance);
+}

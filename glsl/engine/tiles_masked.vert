@@ -10,9 +10,13 @@ layout(location = 2) in vec4 color;
 layout(location = 0) out vec2 frag_uv;
 layout(location = 1) out vec4 frag_color;
 layout(location = 2) flat out uint material;
+layout(location = 3) flat out uint mirrored;
 
 void main() {
     frag_uv = uv;
     frag_color = color;
-    material = place_vertex();
+    Instance instance;
+    place_vertex(instance);
+    material = instance.material;
+    mirrored = determinant(mat3(instance.rows[0].xyz, instance.rows[1].xyz, instance.rows[2].xyz)) < 0.0 ? 1u : 0u;
 }

@@ -5,4 +5,7 @@
 #include "methods/fit.glsl"
 #include "methods/uniform_vertex.glsl"
 
-void main() { place_vertex(); }
+void main() {
+    Instance instance;
+    place_vertex(instance);
+}

@@ -1,13 +1,19 @@
-// Alpha test of a depth-only fragment; the includer defines MATERIALS_BINDING and TEXELS_BINDING.
+// Alpha and side test of a depth-only fragment; the includer defines MATERIALS_BINDING and TEXELS_BINDING.
+layout(constant_id = 2) const uint CULL = 0u;  // sides of casters left out: 0 none, 1 back, 2 front
 layout(std430, binding = MATERIALS_BINDING) readonly buffer Materials { Material materials[]; };
 layout(std430, binding = TEXELS_BINDING) readonly buffer Texels { uint texels[]; };
 layout(location = 0) in vec2 frag_uv;
 layout(location = 1) in vec4 frag_color;
 layout(location = 2) flat in uint material;
+layout(location = 3) flat in uint mirrored;  // 1 where the instance turns triangles over
 
 #include "shared/alpha.glsl"
 
 void main() {
+    bool front = gl_FrontFacing != (mirrored == 1u);
+    if ((CULL == 1u && !front) || (CULL == 2u && front)) {
+        discard;
+    }
     if (base_color(materials[material], frag_uv, frag_color).a < materials[material].alpha_cutoff) {
         discard;
     }

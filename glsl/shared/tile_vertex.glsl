@@ -9,11 +9,11 @@ layout(std430, binding = 3) readonly buffer Casters { Caster casters[]; };
 layout(std430, binding = 4) readonly buffer Instances { Instance instances[]; };
 layout(location = 0) in vec3 position;
 
-// Writes gl_Position and gl_Layer; returns the instance's material.
-uint place_vertex() {
+// Writes gl_Position and gl_Layer; hands out the instance.
+void place_vertex(out Instance instance) {
     Pair pair = pairs[gl_InstanceIndex];
     Page page = pages[pair.page];
-    Instance instance = instances[casters[pair.caster].instance];
+    instance = instances[casters[pair.caster].instance];
     vec4 p = vec4(position, 1.0);
     vec3 world = vec3(dot(instance.rows[0], p), dot(instance.rows[1], p), dot(instance.rows[2], p));
     vec2 ls = vec2(dot(frame.light_x.xyz, world), dot(frame.light_y.xyz, world));
@@ -21,5 +21,4 @@ uint place_vertex() {
     float depth = (dot(frame.light_z.xyz, world) - frame.page.w) * frame.page.z;
     gl_Position = vec4(texel * (2.0 / float(PAGE_TEXELS)) - 1.0, depth, 1.0);
     gl_Layer = int(page.slot);
-    return instance.material;
 }

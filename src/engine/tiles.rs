@@ -6,7 +6,7 @@ use super::buffers::{Buffers, arguments};
 use crate::gpu::{Binding, Gpu, Graphics, GraphicsState, spirv};
 use crate::gpu::structs::COMMAND_BYTES;
 use crate::host::SceneBuffers;
-use crate::{Config, Error};
+use crate::{Config, Cull, Error};
 use ash::vk;
 use std::mem::offset_of;
 use std::sync::Arc;
@@ -16,13 +16,14 @@ pub(crate) struct Tiles {
     opaque: Graphics,
     masked: Graphics,
     scene: SceneBuffers,
+    cull: Cull,
     pair_capacity: u32,
     gpu: Arc<Gpu>,
 }
 
 impl Tiles {
     pub(crate) fn new(gpu: &Arc<Gpu>, config: &Config, b: &Buffers, scene: &SceneBuffers) -> Result<Self, Error> {
-        let constants = [config.page_texels, config.gutter];
+        let constants = [config.page_texels, config.gutter, config.cull as u32];
         let bindings = [
             Binding::Uniform(&b.frame),
             Binding::Storage(&b.pages),
@@ -54,6 +55,7 @@ impl Tiles {
                 &state(true),
             )?,
             scene: *scene,
+            cull: config.cull,
             pair_capacity: config.pair_capacity,
             gpu: gpu.clone(),
         })
@@ -86,7 +88,8 @@ impl Tiles {
             device.cmd_bind_index_buffer(cmd, self.scene.indices, 0, vk::IndexType::UINT32);
             device.cmd_bind_vertex_buffers(cmd, 0, &[self.scene.positions, self.scene.attributes], &[0, 0]);
         }
-        self.opaque.bind(cmd, &());
+        // sides are told apart in the fragment shader, since mirrored instances turn the winding over
+        if self.cull == Cull::None { self.opaque.bind(cmd, &()) } else { self.masked.bind(cmd, &()) }
         self.draw(cmd, b, false);
         if self.scene.first_masked < self.scene.caster_count {
             self.masked.bind(cmd, &());

@@ -355,6 +355,16 @@ impl EngineStage {
         let visibility = lab.read_image(&b.visibility, TransferRead, 4)?;
         Ok((bytemuck::pod_collect_to_vec(&visibility), Table::read(lab, b)?))
     }
+
+    /// Page and caster of each opaque and each masked pair of the last frame.
+    pub fn pairs(&self, lab: &Lab) -> Result<[Vec<[u32; 2]>; 2]> {
+        let c = read_counters(lab, &self.engine.buffers)?;
+        let mut opaque: Vec<[u32; 2]> = read(lab, &self.engine.buffers.pairs)?;
+        let mut masked = opaque.split_off(self.engine.config.pair_capacity as usize);
+        opaque.truncate(c.pairs_opaque as usize);
+        masked.truncate(c.pairs_masked as usize);
+        Ok([opaque, masked])
+    }
 }
 
 /// What the camera of the lab sees: depth and packed normals.

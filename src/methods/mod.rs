@@ -8,7 +8,7 @@ mod uniform;
 
 pub use spec::MethodSpec;
 
-use crate::Light;
+use crate::{Cull, Light};
 use crate::lab::{Lab, LabError};
 
 /// One key of a method.
@@ -145,4 +145,20 @@ fn hard_directional(spec: &MethodSpec, lab: &Lab) -> Result<(), LabError> {
         Light::Directional { .. } => Ok(()),
         _ => Err(LabError::Refused(format!("method '{}' serves directional lights only", spec.name))),
     }
+}
+
+/// The key `cull` of the map methods.
+const CULL: Parameter = Parameter {
+    key: "cull",
+    default: "none",
+    allowed: "none, back or front",
+    meaning: "sides of casters left out, as the light sees them",
+};
+
+fn cull(spec: &MethodSpec) -> Result<Cull, LabError> {
+    Ok(match spec.one_of(CULL.key, CULL.default, &["none", "back", "front"])? {
+        "back" => Cull::Back,
+        "front" => Cull::Front,
+        _ => Cull::None,
+    })
 }

@@ -15,6 +15,7 @@ const PARAMETERS: &[Parameter] = &[
     Parameter { key: "page", default: "128", allowed: "64, 128, 256 or 512", meaning: "side of a page in texels" },
     Parameter { key: "gutter", default: "1", allowed: "1 to 8", meaning: "border of a page in texels" },
     Parameter { key: "depth_bias", default: "1", allowed: "0 to 16", meaning: "depth bias beyond the receiver plane's, in texels plus a quarter of their slope" },
+    super::CULL,
     Parameter { key: "pairs", default: "131072", allowed: "1024 to 1048576", meaning: "most (cluster, page) pairs a frame" },
     Parameter { key: "keys", default: "16384", allowed: "1024 to 65536, a power of two", meaning: "most distinct pages asked for" },
 ];
@@ -42,6 +43,7 @@ pub(super) fn config(spec: &MethodSpec, size: [u32; 2]) -> Result<Config, LabErr
     config.page_texels = spec.one_of("page", "128", &["64", "128", "256", "512"])?.parse().unwrap_or(128);
     config.gutter = spec.u32_in("gutter", config.gutter, 1..=8)?;
     config.bias_texels = spec.f32_in("depth_bias", config.bias_texels, 0.0..=16.0)?;
+    config.cull = super::cull(spec)?;
     config.pair_capacity = spec.u32_in("pairs", config.pair_capacity, 1024..=1 << 20)?;
     config.request_capacity = spec
         .one_of("keys", "16384", &["1024", "2048", "4096", "8192", "16384", "32768", "65536"])?

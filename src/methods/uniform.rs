@@ -2,7 +2,7 @@
 //! the part of the scene in the view frustum, or over the visible samples.
 
 use super::{FrameTimes, Method, MethodInfo, MethodSpec, Parameter, Statistics, hard_directional};
-use crate::Config;
+use crate::{Config, Cull};
 use crate::engine::constants::{Grid, constants, light_axes};
 use crate::engine::gradient::Gradient;
 use crate::gpu::structs::Frame;
@@ -19,6 +19,7 @@ const PARAMETERS: &[Parameter] = &[
     Parameter { key: "resolution", default: "4096", allowed: "64 to 16384", meaning: "side of the map in texels" },
     Parameter { key: "fit", default: "samples", allowed: "scene, frustum or samples", meaning: "what the map is fitted to" },
     Parameter { key: "depth_bias", default: "1", allowed: "0 to 16", meaning: "depth bias beyond the receiver plane's, in texels plus a quarter of their slope" },
+    super::CULL,
 ];
 
 pub(super) const INFO: MethodInfo = MethodInfo {
@@ -52,6 +53,7 @@ struct Settings {
     resolution: u32,
     fit: FitTo,
     bias_texels: f32,
+    cull: Cull,
 }
 
 fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
@@ -64,6 +66,7 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
             _ => FitTo::Samples,
         },
         bias_texels: spec.f32_in("depth_bias", 1.0, 0.0..=16.0)?,
+        cull: super::cull(spec)?,
     })
 }
 
@@ -147,7 +150,7 @@ impl Uniform {
                 spirv!("methods/uniform_masked.vert"),
                 Some(spirv!("methods/uniform_masked.frag")),
                 &draw,
-                &[],
+                &[0, 0, settings.cull as u32],
                 0,
                 &state(true),
             )?,
@@ -237,6 +240,7 @@ impl Uniform {
             device.cmd_bind_index_buffer(cmd, scene.indices, 0, vk::IndexType::UINT32);
             device.cmd_bind_vertex_buffers(cmd, 0, &[scene.positions, scene.attributes], &[0, 0]);
             for (pipeline, alpha_tested) in [(&self.opaque, false), (&self.masked, true)] {
+                let pipeline = if self.settings.cull == Cull::None { pipeline } else { &self.masked };
                 pipeline.bind(cmd, &());
                 for (d, _) in lab.draws().iter().zip(&lab.scene().meshes).filter(|(d, m)| m.casts && d.alpha_tested == alpha_tested) {
                     device.cmd_draw_indexed(cmd, d.index_count, d.instance_count, d.first_index, 0, d.first_instance);

@@ -3,7 +3,7 @@
 use crate::bench::Bench;
 use crate::comparators::{mixed, same_image};
 use crate::scenes;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use umbrage::lab::View;
 use umbrage::lab::stages::{EngineStage, Table};
 use umbrage::scene::Scene;
@@ -138,6 +138,32 @@ fn every_pixel_has_an_answer_when_space_runs_out() {
                 "{name}: {c:?}"
             ),
             _ => assert!(c.admitted == c.pages && c.pages <= config.page_capacity(), "{name}: {c:?}"),
+        }
+    }
+}
+
+/// Pairs lie page by page, name drawn pages only, and hold no caster twice.
+#[test]
+fn pairs_are_those_of_the_pages_drawn() {
+    let (scene, view) = scenes::street(SIZE);
+    let lab = Bench::new(scene, view);
+    for pair_capacity in [1024, 3000, 131_072] {
+        let config = Config { pair_capacity, ..Config::new(SIZE) };
+        let mut engine = EngineStage::new(&lab, &config).unwrap();
+        let (_, table) = engine.frame(&lab).unwrap();
+        let all = engine.pairs(&lab).unwrap();
+        let drawn: BTreeSet<u32> = (0..).zip(&table.pages).filter(|(_, p)| p.admitted == 1).map(|(i, _)| i).collect();
+        assert_eq!(drawn.len() < table.pages.len(), pair_capacity < 131_072, "{:?}", table.counters);
+        let sum = all.iter().map(|pairs| pairs.len() as u32).sum::<u32>();
+        assert!(!all[0].is_empty() && !all[1].is_empty() && sum <= pair_capacity, "{sum} pairs");
+        for pairs in &all {
+            assert!(pairs.is_sorted_by_key(|pair| pair[0]), "{pair_capacity}: pages out of order");
+            assert!(
+                pairs.iter().all(|pair| drawn.contains(&pair[0])),
+                "{pair_capacity}: a pair of a page that is not drawn"
+            );
+            let distinct: BTreeSet<_> = pairs.iter().collect();
+            assert_eq!(distinct.len(), pairs.len(), "{pair_capacity}: a caster twice");
         }
     }
 }
