@@ -90,14 +90,21 @@ impl Config {
         (self.atlas_bytes / (4 * u64::from(self.page_texels).pow(2))).min(u64::from(u32::MAX)) as u32
     }
 
-    /// Entries of the page table: load stays below one half even when no two requests share an ancestor below level 7.
+    /// Entries of the page table. Requests and their ancestors fill a fifth of it in ordinary views; requests so sparse that
+    /// they fill it (none shares an ancestor below level 6) are served by coarser pages and counted.
     pub(crate) fn table_size(&self) -> u32 {
         8 * self.request_capacity
     }
 
-    /// Nodes of the quadtree that are listed.
+    /// Nodes of the quadtree that are listed: as many as the table holds.
     pub(crate) fn node_capacity(&self) -> u32 {
-        self.table_size() / 2
+        self.table_size()
+    }
+
+    /// A pixel that is d levels short of its wish weighs 2^d, d at most this, so that the weights of all pixels fit 31 bits.
+    #[doc(hidden)]
+    pub fn weight_bits(&self) -> u32 {
+        (30 - (u64::from(self.size[0]) * u64::from(self.size[1])).max(1).ilog2()).min(10)
     }
 
     /// Checks every field; `max_layers` is what the device allows in one array image.
@@ -106,7 +113,12 @@ impl Config {
             if ok { Ok(()) } else { Err(Error::Limit { field, given: given.to_string(), limit }) }
         }
         let [w, h] = self.size;
-        limit((1..=16384).contains(&w) && (1..=16384).contains(&h), "size", format!("{w}x{h}"), "1 to 16384 pixels a side".into())?;
+        limit(
+            (1..=16384).contains(&w) && (1..=16384).contains(&h),
+            "size",
+            format!("{w}x{h}"),
+            "1 to 16384 pixels a side".into(),
+        )?;
         let texels = self.page_texels;
         limit(matches!(texels, 64 | 128 | 256 | 512), "page_texels", texels, "64, 128, 256 or 512".into())?;
         limit((1..=8).contains(&self.gutter), "gutter", self.gutter, "1 to 8 texels".into())?;
@@ -115,15 +127,39 @@ impl Config {
             (8..=u64::from(max_layers)).contains(&(self.atlas_bytes / page_bytes)),
             "atlas_bytes",
             self.atlas_bytes,
-            format!("{} to {} bytes (8 to {max_layers} pages of {texels}x{texels} texels)", 8 * page_bytes, u64::from(max_layers) * page_bytes),
+            format!(
+                "{} to {} bytes (8 to {max_layers} pages of {texels}x{texels} texels)",
+                8 * page_bytes,
+                u64::from(max_layers) * page_bytes
+            ),
         )?;
         limit((-8.0..=8.0).contains(&self.level_bias), "level_bias", self.level_bias, "-8 to 8".into())?;
         limit((0.0..=16.0).contains(&self.bias_texels), "bias_texels", self.bias_texels, "0 to 16".into())?;
         let group = self.cull_group;
-        limit(group.is_power_of_two() && (8..=128).contains(&group), "cull_group", group, "a power of two from 8 to 128".into())?;
+        limit(
+            group.is_power_of_two() && (8..=128).contains(&group),
+            "cull_group",
+            group,
+            "a power of two from 8 to 128".into(),
+        )?;
         let requests = self.request_capacity;
-        limit(requests.is_power_of_two() && (1024..=65536).contains(&requests), "request_capacity", requests, "a power of two from 1024 to 65536".into())?;
-        limit((1024..=1 << 20).contains(&self.pair_capacity), "pair_capacity", self.pair_capacity, "1024 to 1048576".into())?;
-        limit((0..=30 << 20).contains(&self.index_capacity), "index_capacity", self.index_capacity, "0 to 31457280".into())
+        limit(
+            requests.is_power_of_two() && (1024..=65536).contains(&requests),
+            "request_capacity",
+            requests,
+            "a power of two from 1024 to 65536".into(),
+        )?;
+        limit(
+            (1024..=1 << 20).contains(&self.pair_capacity),
+            "pair_capacity",
+            self.pair_capacity,
+            "1024 to 1048576".into(),
+        )?;
+        limit(
+            (0..=30 << 20).contains(&self.index_capacity),
+            "index_capacity",
+            self.index_capacity,
+            "0 to 31457280".into(),
+        )
     }
 }

@@ -9,6 +9,7 @@
 layout(local_size_x = 256) in;
 layout(constant_id = 0) const uint TABLE_SIZE = 1024u;
 layout(constant_id = 1) const uint NODE_CAPACITY = 1024u;
+layout(constant_id = 2) const int WEIGHT_BITS = 10;
 layout(std430, binding = 0) buffer CountersBlock { Counters counters; };
 layout(std430, binding = 1) buffer TableKeys { uint table_keys[]; };
 layout(std430, binding = 2) buffer Nodes { Node nodes[]; };
@@ -16,9 +17,6 @@ layout(std430, binding = 3) buffer NodeList { uint node_list[]; };
 
 #include "shared/table.glsl"
 #include "shared/table_insert.glsl"
-
-// A pixel that is d levels short of its wish errs by 2^d texels of that wish; beyond 2^10 the sums could overflow.
-const int WEIGHT_BITS = 10;
 
 uint node_insert(uint key, out bool fresh) {
     uint slot = table_insert(key, fresh);
@@ -60,6 +58,7 @@ void main() {
                 nodes[slot].child[quadrant] = child + 1u;
                 nodes[child].parent = slot + 1u;
             }
+            // a pixel that is d levels short of its wish errs by 2^d texels of that wish; the cap keeps sums in 32 bits
             atomicAdd(nodes[slot].below, count << min(distance, WEIGHT_BITS));
             link = fresh;
             child = slot;

@@ -34,7 +34,7 @@ void main() {
         entries[slot] = served ? 0x80000000u | uint(level) << 16 | pages[node.page - 1u].slot : 0u;
         if (i < counters.leaves) {
             atomicAdd(counters.requested[asked], 1u);
-            if (!served || level > asked + tolerance) {
+            if (!served || level > asked - int(counters.shift) + tolerance) {
                 atomicAdd(counters.refused[asked], 1u);
             }
         }

@@ -28,6 +28,7 @@ void main() {
         arguments[argument + 2u] = 1u;
         if (again) {
             counters.shift = shift;
+            counters.failed = 0u;
         } else if (FLAGS && counters.requests[attempt] > 0u) {
             counters.leaves = counters.requests[attempt];
         }

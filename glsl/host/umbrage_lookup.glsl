@@ -5,7 +5,8 @@
 uint umbrage_entry(ivec2 page, int level) {
     for (; level <= ROOT_LEVEL; level++) {
         uint slot = table_find(key_of(level, uvec2(page) >> level));
-        if (slot != NONE) {
+        // an entry is 0 where the table overflowed
+        if (slot != NONE && entries[slot] != 0u) {
             return entries[slot];
         }
     }

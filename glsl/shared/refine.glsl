@@ -20,7 +20,7 @@ uint refine_rank(uint benefit, uint cost) {
     if (cost == 0u) {
         return RANKS - 1u;
     }
-    uint ratio = benefit < (1u << 27) ? (benefit << 4) / cost : (benefit / cost) << 4;
+    uint ratio = benefit < (1u << 27) ? (benefit << 4) / cost : min(benefit / cost, 0x0fffffffu) << 4;
     ratio = max(ratio, 1u);
     uint high = uint(findMSB(ratio));
     uint fraction = ((ratio << (31u - high)) >> 25) & 63u;

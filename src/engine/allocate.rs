@@ -35,11 +35,18 @@ pub(crate) struct Allocate {
 }
 
 impl Allocate {
-    pub(crate) fn new(gpu: &Arc<Gpu>, config: &Config, b: &Buffers, compact: Option<&Compact>, page_sort: &Sort) -> Result<Self, Error> {
+    pub(crate) fn new(
+        gpu: &Arc<Gpu>,
+        config: &Config,
+        b: &Buffers,
+        compact: Option<&Compact>,
+        page_sort: &Sort,
+    ) -> Result<Self, Error> {
         let table = config.table_size();
         let nodes = config.node_capacity();
         let counters = Binding::Storage(&b.counters);
-        let (keys, node, list) = (Binding::Storage(&b.table_keys), Binding::Storage(&b.nodes), Binding::Storage(&b.node_list));
+        let (keys, node, list) =
+            (Binding::Storage(&b.table_keys), Binding::Storage(&b.nodes), Binding::Storage(&b.node_list));
         let histogram = Binding::Storage(&b.histogram);
         let (page_keys, page_values) = (Binding::Storage(page_sort.keys()), Binding::Storage(page_sort.values()));
         let page = Binding::Storage(&b.pages);
@@ -55,11 +62,25 @@ impl Allocate {
                 "allocate_ancestors",
                 spirv!("engine/allocate_ancestors.comp"),
                 &[counters, keys, node, list],
-                &[table, nodes],
+                &[table, nodes, config.weight_bits()],
                 0,
             )?,
-            rank: Compute::new(gpu, "allocate_rank", spirv!("engine/allocate_rank.comp"), &[counters, node, list, histogram], &[nodes], 0)?,
-            choose: Compute::new(gpu, "allocate_choose", spirv!("engine/allocate_choose.comp"), &[counters, histogram], &[], 4)?,
+            rank: Compute::new(
+                gpu,
+                "allocate_rank",
+                spirv!("engine/allocate_rank.comp"),
+                &[counters, node, list, histogram],
+                &[nodes],
+                0,
+            )?,
+            choose: Compute::new(
+                gpu,
+                "allocate_choose",
+                spirv!("engine/allocate_choose.comp"),
+                &[counters, histogram],
+                &[],
+                4,
+            )?,
             select: Compute::new(
                 gpu,
                 "allocate_select",
@@ -72,7 +93,15 @@ impl Allocate {
                 gpu,
                 "allocate_pages",
                 spirv!("engine/allocate_pages.comp"),
-                &[Binding::Uniform(&b.frame), counters, node, page_keys, page_values, page, Binding::Storage(&b.pair_counts)],
+                &[
+                    Binding::Uniform(&b.frame),
+                    counters,
+                    node,
+                    page_keys,
+                    page_values,
+                    page,
+                    Binding::Storage(&b.pair_counts),
+                ],
                 &[],
                 0,
             )?,

@@ -47,12 +47,25 @@ impl Buffers {
         let pages = u64::from(config.page_capacity());
         let pairs = 2 * u64::from(config.pair_capacity);
         let [width, height] = config.size;
-        let screen = |name, format, usage| Image::new(gpu, name, &ImageSpec { format, width, height, layers: 0, usage });
+        let screen =
+            |name, format, usage| Image::new(gpu, name, &ImageSpec { format, width, height, layers: 0, usage });
         use vk::ImageUsageFlags as I;
         Ok(Self {
-            frame: Buffer::new(gpu, "frame constants", size_of::<Frame>() as u64, U::UNIFORM_BUFFER | U::TRANSFER_DST, Memory::Device)?,
+            frame: Buffer::new(
+                gpu,
+                "frame constants",
+                size_of::<Frame>() as u64,
+                U::UNIFORM_BUFFER | U::TRANSFER_DST,
+                Memory::Device,
+            )?,
             counters: storage("counters", size_of::<Counters>() as u64, U::INDIRECT_BUFFER)?,
-            readback: Buffer::new(gpu, "counters readback", size_of::<Counters>() as u64, U::TRANSFER_DST, Memory::Readback)?,
+            readback: Buffer::new(
+                gpu,
+                "counters readback",
+                size_of::<Counters>() as u64,
+                U::TRANSFER_DST,
+                Memory::Readback,
+            )?,
             arguments: storage("indirect arguments", u64::from(arguments::WORDS) * 4, U::INDIRECT_BUFFER)?,
             table_keys: storage("page table keys", 4 * table, none)?,
             entries: storage("page table entries", 4 * table, none)?,

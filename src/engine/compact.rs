@@ -5,9 +5,9 @@
 use super::buffers::{Buffers, arguments};
 use super::request::SHIFTS;
 use super::sort::{BLOCK, Sort};
+use crate::Error;
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Buffer, Compute, Gpu, spirv};
-use crate::Error;
 use ash::vk;
 use std::sync::Arc;
 
@@ -23,15 +23,25 @@ pub(crate) struct Compact {
 
 impl Compact {
     pub(crate) fn new(gpu: &Arc<Gpu>, b: &Buffers, sort: &Sort) -> Result<Self, Error> {
-        let make = |name: &str, entries: u32| Buffer::storage(gpu, name, 4 * u64::from(entries), vk::BufferUsageFlags::empty());
+        let make = |name: &str, entries: u32| {
+            Buffer::storage(gpu, name, 4 * u64::from(entries), vk::BufferUsageFlags::empty())
+        };
         let (keys, counts) = (make("distinct keys", sort.capacity)?, make("distinct counts", sort.capacity)?);
         let heads = make("compact heads", sort.capacity.div_ceil(BLOCK))?;
         let c = Binding::Storage(&b.counters);
         let sorted = [Binding::Storage(sort.keys()), Binding::Storage(sort.values())];
         let count = [c, sorted[0], Binding::Storage(&heads)];
-        let write = [c, sorted[0], sorted[1], Binding::Storage(&heads), Binding::Storage(&keys), Binding::Storage(&counts)];
+        let write =
+            [c, sorted[0], sorted[1], Binding::Storage(&heads), Binding::Storage(&keys), Binding::Storage(&counts)];
         Ok(Self {
-            count: Compute::new(gpu, "compact_count", spirv!("engine/compact_count.comp"), &count, &[BLOCK, SHIFTS[1], SHIFTS[2]], 0)?,
+            count: Compute::new(
+                gpu,
+                "compact_count",
+                spirv!("engine/compact_count.comp"),
+                &count,
+                &[BLOCK, SHIFTS[1], SHIFTS[2]],
+                0,
+            )?,
             scan: Compute::new(gpu, "compact_scan", spirv!("engine/sort_scan.comp"), &[c, count[2]], &[BLOCK], 4)?,
             write: Compute::new(gpu, "compact_write", spirv!("engine/compact_write.comp"), &write, &[BLOCK], 0)?,
             keys,

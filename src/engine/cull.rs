@@ -43,7 +43,8 @@ impl Cull {
         let page = [config.page_texels, config.gutter];
         let frame = Binding::Uniform(&b.frame);
         let (counters, nodes) = (Binding::Storage(&b.counters), Binding::Storage(&b.nodes));
-        let (pages, counts, pairs) = (Binding::Storage(&b.pages), Binding::Storage(&b.pair_counts), Binding::Storage(&b.pairs));
+        let (pages, counts, pairs) =
+            (Binding::Storage(&b.pages), Binding::Storage(&b.pair_counts), Binding::Storage(&b.pairs));
         let (casters, clusters) = (Binding::External(scene.casters), Binding::External(scene.clusters));
         let instances = Binding::External(scene.instances);
         let push = size_of::<CasterPush>();

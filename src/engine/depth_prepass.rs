@@ -1,11 +1,11 @@
 //! Depth, geometric normal and base colour of what the camera sees. A host may bring its own depth and normals instead.
 //! Reads: scene. Writes: depth (reversed), normal, albedo. No capacity.
 
+use crate::Error;
 use crate::gpu::structs::Frame;
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Buffer, Gpu, Graphics, GraphicsState, Image, ImageSpec, Memory, spirv};
 use crate::host::{Receivers, SceneBuffers};
-use crate::Error;
 use ash::vk;
 use std::sync::Arc;
 
@@ -102,8 +102,11 @@ impl DepthPrepass {
         // clear values are all zero: depth 0 is the far end
         let depth = target(&self.depth, vk::ImageLayout::DEPTH_ATTACHMENT_OPTIMAL);
         let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: self.depth.extent };
-        let info =
-            vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&colors).depth_attachment(&depth);
+        let info = vk::RenderingInfo::default()
+            .render_area(area)
+            .layer_count(1)
+            .color_attachments(&colors)
+            .depth_attachment(&depth);
         let viewport = vk::Viewport {
             x: 0.0,
             y: 0.0,

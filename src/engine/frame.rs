@@ -23,11 +23,20 @@ impl Engine {
         self.gpu.begin_label(cmd, "umbrage");
 
         // what the last frame read or wrote is reset; the buffers need no copies because the GPU runs frames in order
-        sync::barrier(device, cmd, &[(ComputeWrite, TransferWrite), (GraphicsRead, TransferWrite), (IndirectRead, TransferWrite), (TransferRead, TransferWrite)]);
+        sync::barrier(
+            device,
+            cmd,
+            &[
+                (ComputeWrite, TransferWrite),
+                (GraphicsRead, TransferWrite),
+                (IndirectRead, TransferWrite),
+                (TransferRead, TransferWrite),
+            ],
+        );
         // SAFETY: the command buffer is recording; the constants are smaller than 64 KiB
         unsafe {
             device.cmd_update_buffer(cmd, b.frame.raw, 0, bytemuck::bytes_of(constants));
-            for buffer in [&b.counters, &b.table_keys, &b.nodes, &b.histogram] {
+            for buffer in [&b.counters, &b.table_keys, &b.entries, &b.nodes, &b.histogram] {
                 device.cmd_fill_buffer(cmd, buffer.raw, 0, vk::WHOLE_SIZE, 0);
             }
             if let Some(compact) = &self.compact {
@@ -37,7 +46,11 @@ impl Engine {
                 device.cmd_fill_buffer(cmd, b.commands.raw, 0, vk::WHOLE_SIZE, 0);
             }
         }
-        sync::barrier(device, cmd, &[(TransferWrite, ComputeWrite), (TransferWrite, ComputeRead), (TransferWrite, GraphicsRead)]);
+        sync::barrier(
+            device,
+            cmd,
+            &[(TransferWrite, ComputeWrite), (TransferWrite, ComputeRead), (TransferWrite, GraphicsRead)],
+        );
         sync::discard(device, cmd, &b.receiver, ComputeRead, StorageImage);
         sync::discard(device, cmd, &b.visibility, TransferRead, StorageImage);
         stage("reset");
@@ -77,12 +90,22 @@ impl Engine {
         // entries and pairs are independent; pairs dominate
         self.allocate.record_entries(cmd);
         self.cull.record_pairs(cmd);
-        sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite), (IndexRead, ComputeWrite), (IndirectRead, ComputeWrite)]);
+        sync::barrier(
+            device,
+            cmd,
+            &[(ComputeWrite, ComputeWrite), (IndexRead, ComputeWrite), (IndirectRead, ComputeWrite)],
+        );
         self.cull.record_triangles(cmd, b);
         sync::barrier(
             device,
             cmd,
-            &[(ComputeWrite, IndirectRead), (ComputeWrite, IndexRead), (ComputeWrite, GraphicsRead), (ComputeWrite, ComputeRead), (ComputeWrite, TransferRead)],
+            &[
+                (ComputeWrite, IndirectRead),
+                (ComputeWrite, IndexRead),
+                (ComputeWrite, GraphicsRead),
+                (ComputeWrite, ComputeRead),
+                (ComputeWrite, TransferRead),
+            ],
         );
         stage("cull");
 

@@ -11,7 +11,12 @@ use std::sync::Arc;
 pub(crate) struct Gradient(Compute);
 
 impl Gradient {
-    pub(crate) fn new(gpu: &Arc<Gpu>, frame: Binding<'_>, receivers: &Receivers, receiver: Binding<'_>) -> Result<Self, Error> {
+    pub(crate) fn new(
+        gpu: &Arc<Gpu>,
+        frame: Binding<'_>,
+        receivers: &Receivers,
+        receiver: Binding<'_>,
+    ) -> Result<Self, Error> {
         let bindings = [frame, Binding::SampledView(receivers.depth), Binding::SampledView(receivers.normal), receiver];
         Ok(Self(Compute::new(gpu, "gradient", spirv!("engine/gradient.comp"), &bindings, &[], 0)?))
     }

@@ -16,7 +16,13 @@ impl Lookup {
     }
 
     /// For debugging: the page table entry of every pixel instead of its visibility, into an R32_UINT image.
-    pub(crate) fn entries(gpu: &Arc<Gpu>, config: &Config, b: &Buffers, receivers: &Receivers, target: &Image) -> Result<Self, Error> {
+    pub(crate) fn entries(
+        gpu: &Arc<Gpu>,
+        config: &Config,
+        b: &Buffers,
+        receivers: &Receivers,
+        target: &Image,
+    ) -> Result<Self, Error> {
         Self::with(gpu, "lookup_entries", spirv!("engine/lookup_entries.comp"), config, b, receivers, target)
     }
 

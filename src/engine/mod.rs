@@ -49,20 +49,31 @@ impl Engine {
     ///
     /// # Safety
     /// All handles must be valid, made with the features of [`crate::gpu::requirements`], and outlive the engine.
-    pub unsafe fn new(host: &HostDevice, config: &Config, scene: &SceneBuffers, receivers: &Receivers) -> Result<Self, Error> {
+    pub unsafe fn new(
+        host: &HostDevice,
+        config: &Config,
+        scene: &SceneBuffers,
+        receivers: &Receivers,
+    ) -> Result<Self, Error> {
         // SAFETY: the caller vouches for the handles
         let gpu = unsafe { Gpu::new(host)? };
         Self::on(&gpu, config, scene, receivers)
     }
 
-    pub(crate) fn on(gpu: &Arc<Gpu>, config: &Config, scene: &SceneBuffers, receivers: &Receivers) -> Result<Self, Error> {
+    pub(crate) fn on(
+        gpu: &Arc<Gpu>,
+        config: &Config,
+        scene: &SceneBuffers,
+        receivers: &Receivers,
+    ) -> Result<Self, Error> {
         config.check(gpu.limits.max_image_array_layers.min(gpu.limits.max_framebuffer_layers))?;
         let b = Buffers::new(gpu, config)?;
         let page_sort = sort::Sort::new(gpu, &b.counters, &b.arguments, sort::Sorted::Pages, config.page_capacity())?;
         let sort = match config.route {
             RequestRoute::Flags => None,
             RequestRoute::Sort => {
-                let capacity = (config.size[0] * config.size[1] / 2).max(4096);
+                // a workgroup appends at most one key for each of its 64 pixels
+                let capacity = 64 * config.size[0].div_ceil(8) * config.size[1].div_ceil(8);
                 Some(sort::Sort::new(gpu, &b.counters, &b.arguments, sort::Sorted::Requests, capacity)?)
             }
         };
@@ -98,7 +109,12 @@ impl Engine {
         self.record_timed(cmd, input, None)
     }
 
-    pub(crate) fn record_timed(&mut self, cmd: vk::CommandBuffer, input: &FrameInput, timer: Option<&mut Timer>) -> Result<(), Error> {
+    pub(crate) fn record_timed(
+        &mut self,
+        cmd: vk::CommandBuffer,
+        input: &FrameInput,
+        timer: Option<&mut Timer>,
+    ) -> Result<(), Error> {
         let constants = constants::constants(&self.config, &self.scene, input)?;
         self.record_timeline(cmd, &constants, timer);
         Ok(())

@@ -39,7 +39,13 @@ pub(crate) struct Request {
 }
 
 impl Request {
-    pub(crate) fn new(gpu: &Arc<Gpu>, config: &Config, b: &Buffers, sort: &Sort, receivers: &Receivers) -> Result<Self, Error> {
+    pub(crate) fn new(
+        gpu: &Arc<Gpu>,
+        config: &Config,
+        b: &Buffers,
+        sort: &Sort,
+        receivers: &Receivers,
+    ) -> Result<Self, Error> {
         let flags = config.route == RequestRoute::Flags;
         let capacity = if flags { config.request_capacity } else { sort.capacity };
         let constants = [config.table_size(), u32::from(flags), capacity];
@@ -61,8 +67,22 @@ impl Request {
             Binding::Storage(&b.arguments),
         ];
         Ok(Self {
-            request: Compute::new(gpu, "request", spirv!("engine/request.comp"), &bindings, &constants, size_of::<Push>())?,
-            retry: Compute::new(gpu, "request_retry", spirv!("engine/request_retry.comp"), &retry, &constants, size_of::<RetryPush>())?,
+            request: Compute::new(
+                gpu,
+                "request",
+                spirv!("engine/request.comp"),
+                &bindings,
+                &constants,
+                size_of::<Push>(),
+            )?,
+            retry: Compute::new(
+                gpu,
+                "request_retry",
+                spirv!("engine/request_retry.comp"),
+                &retry,
+                &constants,
+                size_of::<RetryPush>(),
+            )?,
             groups: [config.size[0].div_ceil(8), config.size[1].div_ceil(8)],
         })
     }

@@ -2,9 +2,9 @@
 //! Reads and writes: keys, values. The number of entries comes from the counters; at capacity the rest is not sorted.
 
 use super::buffers::{Buffers, arguments};
+use crate::Error;
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Buffer, Compute, Gpu, spirv};
-use crate::Error;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use std::sync::Arc;
@@ -42,7 +42,13 @@ pub(crate) struct Sort {
 }
 
 impl Sort {
-    pub(crate) fn new(gpu: &Arc<Gpu>, counters: &Buffer, argument_buffer: &Buffer, what: Sorted, capacity: u32) -> Result<Self, Error> {
+    pub(crate) fn new(
+        gpu: &Arc<Gpu>,
+        counters: &Buffer,
+        argument_buffer: &Buffer,
+        what: Sorted,
+        capacity: u32,
+    ) -> Result<Self, Error> {
         let make = |name: &str| Buffer::storage(gpu, name, 4 * u64::from(capacity), vk::BufferUsageFlags::empty());
         let keys = [make("sort keys 0")?, make("sort keys 1")?];
         let values = [make("sort values 0")?, make("sort values 1")?];
@@ -75,7 +81,14 @@ impl Sort {
                 &constants,
                 size_of::<PreparePush>(),
             )?,
-            scan: Compute::new(gpu, "sort_scan", spirv!("engine/sort_scan.comp"), &[c, Binding::Storage(&histogram)], &constants, 4)?,
+            scan: Compute::new(
+                gpu,
+                "sort_scan",
+                spirv!("engine/sort_scan.comp"),
+                &[c, Binding::Storage(&histogram)],
+                &constants,
+                4,
+            )?,
             count,
             scatter,
             capacity,

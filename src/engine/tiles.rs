@@ -3,8 +3,8 @@
 //! Reads: draw commands, pairs, pages. Writes: atlas. No capacity of its own.
 
 use super::buffers::{Buffers, arguments};
-use crate::gpu::{Binding, Gpu, Graphics, GraphicsState, spirv};
 use crate::gpu::structs::COMMAND_BYTES;
+use crate::gpu::{Binding, Gpu, Graphics, GraphicsState, spirv};
 use crate::host::SceneBuffers;
 use crate::{Config, Cull, Error};
 use ash::vk;
@@ -42,8 +42,26 @@ impl Tiles {
         };
         let clear = GraphicsState { positions: false, depth_compare: vk::CompareOp::ALWAYS, ..state(false) };
         Ok(Self {
-            clear: Graphics::new(gpu, "tiles_clear", spirv!("engine/tiles_clear.vert"), None, &[bindings[1]], &[], 0, &clear)?,
-            opaque: Graphics::new(gpu, "tiles", spirv!("engine/tiles.vert"), None, &bindings[..5], &constants, 0, &state(false))?,
+            clear: Graphics::new(
+                gpu,
+                "tiles_clear",
+                spirv!("engine/tiles_clear.vert"),
+                None,
+                &[bindings[1]],
+                &[],
+                0,
+                &clear,
+            )?,
+            opaque: Graphics::new(
+                gpu,
+                "tiles",
+                spirv!("engine/tiles.vert"),
+                None,
+                &bindings[..5],
+                &constants,
+                0,
+                &state(false),
+            )?,
             masked: Graphics::new(
                 gpu,
                 "tiles_masked",
@@ -69,7 +87,8 @@ impl Tiles {
             .load_op(vk::AttachmentLoadOp::LOAD)
             .store_op(vk::AttachmentStoreOp::STORE);
         let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: b.atlas.extent };
-        let info = vk::RenderingInfo::default().render_area(area).layer_count(b.atlas.layers).depth_attachment(&attachment);
+        let info =
+            vk::RenderingInfo::default().render_area(area).layer_count(b.atlas.layers).depth_attachment(&attachment);
         let viewport = vk::Viewport {
             x: 0.0,
             y: 0.0,
@@ -89,7 +108,11 @@ impl Tiles {
             device.cmd_bind_vertex_buffers(cmd, 0, &[self.scene.positions, self.scene.attributes], &[0, 0]);
         }
         // sides are told apart in the fragment shader, since mirrored instances turn the winding over
-        if self.cull == Cull::None { self.opaque.bind(cmd, &()) } else { self.masked.bind(cmd, &()) }
+        if self.cull == Cull::None {
+            self.opaque.bind(cmd, &())
+        } else {
+            self.masked.bind(cmd, &())
+        }
         self.draw(cmd, b, false);
         if self.scene.first_masked < self.scene.caster_count {
             self.masked.bind(cmd, &());

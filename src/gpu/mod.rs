@@ -2,9 +2,9 @@
 
 mod pipeline;
 mod resources;
+pub mod structs;
 pub(crate) mod sync;
 mod timer;
-pub mod structs;
 
 pub(crate) use pipeline::{Binding, Compute, Graphics, GraphicsState};
 pub(crate) use resources::{Buffer, Image, ImageSpec, Memory};
@@ -49,7 +49,10 @@ impl Gpu {
 
     /// # Safety
     /// The handles must be valid and outlive the returned value, or be kept alive by `owner`.
-    pub(crate) unsafe fn owned(host: &HostDevice, owner: Option<Arc<dyn std::any::Any + Send + Sync>>) -> Result<Arc<Self>, Error> {
+    pub(crate) unsafe fn owned(
+        host: &HostDevice,
+        owner: Option<Arc<dyn std::any::Any + Send + Sync>>,
+    ) -> Result<Arc<Self>, Error> {
         // SAFETY: the caller vouches for the handles
         let missing = unsafe { missing_features(&host.instance, host.physical_device) };
         if let Some(what) = missing.into_iter().next() {
@@ -71,8 +74,7 @@ impl Gpu {
             allocation_sizes: Default::default(),
         })
         .map_err(|error| Error::Unsupported { what: format!("memory allocator: {error}") })?;
-        let debug_utils =
-            host.debug_utils.then(|| ash::ext::debug_utils::Device::new(&host.instance, &host.device));
+        let debug_utils = host.debug_utils.then(|| ash::ext::debug_utils::Device::new(&host.instance, &host.device));
         Ok(Arc::new(Self {
             device: host.device.clone(),
             limits: properties.limits,
@@ -150,8 +152,7 @@ pub unsafe fn missing_features(instance: &ash::Instance, physical_device: vk::Ph
     }
     let mut vulkan12 = vk::PhysicalDeviceVulkan12Features::default();
     let mut vulkan13 = vk::PhysicalDeviceVulkan13Features::default();
-    let mut features =
-        vk::PhysicalDeviceFeatures2::default().push_next(&mut vulkan12).push_next(&mut vulkan13);
+    let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut vulkan12).push_next(&mut vulkan13);
     // SAFETY: as above
     unsafe { instance.get_physical_device_features2(physical_device, &mut features) };
     let core = features.features;

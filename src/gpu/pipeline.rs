@@ -80,7 +80,8 @@ impl Layout {
         // SAFETY: plain create calls with complete infos; `Drop` frees what was made when a later one fails
         unsafe {
             let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&slots);
-            this.set_layout = device.create_descriptor_set_layout(&info, None).context("vkCreateDescriptorSetLayout")?;
+            this.set_layout =
+                device.create_descriptor_set_layout(&info, None).context("vkCreateDescriptorSetLayout")?;
             let set_layouts = [this.set_layout];
             let ranges = [vk::PushConstantRange { stage_flags: stages, offset: 0, size: push_size }];
             let mut info = vk::PipelineLayoutCreateInfo::default().set_layouts(&set_layouts);
@@ -88,8 +89,7 @@ impl Layout {
                 info = info.push_constant_ranges(&ranges);
             }
             this.layout = device.create_pipeline_layout(&info, None).context("vkCreatePipelineLayout")?;
-            this.sampler =
-                device.create_sampler(&vk::SamplerCreateInfo::default(), None).context("vkCreateSampler")?;
+            this.sampler = device.create_sampler(&vk::SamplerCreateInfo::default(), None).context("vkCreateSampler")?;
             if !bindings.is_empty() {
                 let info = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
                 this.pool = device.create_descriptor_pool(&info, None).context("vkCreateDescriptorPool")?;
@@ -108,17 +108,17 @@ impl Layout {
             let (buffers, images) = match binding {
                 Binding::Uniform(b) | Binding::Storage(b) => (whole(b.raw), None),
                 Binding::External(raw) => (whole(*raw), None),
-                Binding::StorageImage(image) => {
-                    (Default::default(), Some((image.view, vk::ImageLayout::GENERAL)))
-                }
+                Binding::StorageImage(image) => (Default::default(), Some((image.view, vk::ImageLayout::GENERAL))),
                 Binding::Sampled(image) => (Default::default(), Some((image.view, sync::SAMPLED))),
                 Binding::SampledView(view) => (Default::default(), Some((*view, sync::SAMPLED))),
             };
             let images = images.map(|(image_view, image_layout)| {
                 [vk::DescriptorImageInfo { sampler: self.sampler, image_view, image_layout }]
             });
-            let mut write =
-                vk::WriteDescriptorSet::default().dst_set(self.set).dst_binding(i as u32).descriptor_type(binding.kind());
+            let mut write = vk::WriteDescriptorSet::default()
+                .dst_set(self.set)
+                .dst_binding(i as u32)
+                .descriptor_type(binding.kind());
             write = match &images {
                 Some(images) => write.image_info(images),
                 None => write.buffer_info(&buffers),
@@ -273,20 +273,34 @@ impl Graphics {
             .collect();
         let mut vertex_bindings = Vec::new();
         let mut vertex_attributes = Vec::new();
-        let attribute = |location, binding, format, offset| vk::VertexInputAttributeDescription { location, binding, format, offset };
+        let attribute = |location, binding, format, offset| vk::VertexInputAttributeDescription {
+            location,
+            binding,
+            format,
+            offset,
+        };
         if state.positions {
-            vertex_bindings.push(vk::VertexInputBindingDescription { binding: 0, stride: 12, input_rate: vk::VertexInputRate::VERTEX });
+            vertex_bindings.push(vk::VertexInputBindingDescription {
+                binding: 0,
+                stride: 12,
+                input_rate: vk::VertexInputRate::VERTEX,
+            });
             vertex_attributes.push(attribute(0, 0, vk::Format::R32G32B32_SFLOAT, 0));
         }
         if state.attributes {
-            vertex_bindings.push(vk::VertexInputBindingDescription { binding: 1, stride: 12, input_rate: vk::VertexInputRate::VERTEX });
+            vertex_bindings.push(vk::VertexInputBindingDescription {
+                binding: 1,
+                stride: 12,
+                input_rate: vk::VertexInputRate::VERTEX,
+            });
             vertex_attributes.push(attribute(1, 1, vk::Format::R32G32_SFLOAT, 0));
             vertex_attributes.push(attribute(2, 1, vk::Format::R8G8B8A8_UNORM, 8));
         }
         let vertex_input = vk::PipelineVertexInputStateCreateInfo::default()
             .vertex_binding_descriptions(&vertex_bindings)
             .vertex_attribute_descriptions(&vertex_attributes);
-        let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(vk::PrimitiveTopology::TRIANGLE_LIST);
+        let assembly =
+            vk::PipelineInputAssemblyStateCreateInfo::default().topology(vk::PrimitiveTopology::TRIANGLE_LIST);
         let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
         let raster = vk::PipelineRasterizationStateCreateInfo::default()
             .cull_mode(state.cull)
@@ -299,7 +313,8 @@ impl Graphics {
             .depth_write_enable(true)
             .depth_compare_op(state.depth_compare);
         let blend_targets = vec![
-            vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA);
+            vk::PipelineColorBlendAttachmentState::default()
+                .color_write_mask(vk::ColorComponentFlags::RGBA);
             state.colors.len()
         ];
         let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&blend_targets);

@@ -37,7 +37,10 @@ impl Buffer {
         let size = size.max(16).next_multiple_of(16);
         let storage_limit = u64::from(gpu.limits.max_storage_buffer_range);
         if usage.contains(vk::BufferUsageFlags::STORAGE_BUFFER) && size > storage_limit {
-            return Err(Error::OutOfMemory { what: format!("{name} (a storage buffer may hold {storage_limit})"), bytes: size });
+            return Err(Error::OutOfMemory {
+                what: format!("{name} (a storage buffer may hold {storage_limit})"),
+                bytes: size,
+            });
         }
         let info = vk::BufferCreateInfo::default().size(size).usage(usage);
         // SAFETY: a plain create call with a complete info

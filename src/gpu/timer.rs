@@ -44,7 +44,12 @@ impl Timer {
         let mut ticks = vec![0u64; self.names.len()];
         // SAFETY: the queries were written by a finished submission
         unsafe {
-            self.gpu.device.get_query_pool_results(self.pool, 0, &mut ticks, vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT)
+            self.gpu.device.get_query_pool_results(
+                self.pool,
+                0,
+                &mut ticks,
+                vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT,
+            )
         }
         .context("vkGetQueryPoolResults")?;
         let ms = f64::from(self.gpu.limits.timestamp_period) * 1e-6;

@@ -93,7 +93,9 @@ impl OwnedInstance {
     fn new(validation: bool) -> Result<Self, LabError> {
         // SAFETY: loading the system's Vulkan loader
         let entry = unsafe { ash::Entry::load() }.map_err(|error| {
-            LabError::Refused(format!("no Vulkan loader was found ({error}); on Debian it is in the package libvulkan1"))
+            LabError::Refused(format!(
+                "no Vulkan loader was found ({error}); on Debian it is in the package libvulkan1"
+            ))
         })?;
         // SAFETY: plain queries and create calls with complete infos
         unsafe {
@@ -138,7 +140,8 @@ impl OwnedInstance {
                     .message_type(T::VALIDATION | T::PERFORMANCE)
                     .pfn_user_callback(Some(on_message))
                     .user_data(std::ptr::from_ref::<Mutex<Vec<String>>>(&owned.messages).cast_mut().cast());
-                let messenger = utils.create_debug_utils_messenger(&info, None).context("vkCreateDebugUtilsMessengerEXT")?;
+                let messenger =
+                    utils.create_debug_utils_messenger(&info, None).context("vkCreateDebugUtilsMessengerEXT")?;
                 owned.messenger = Some((utils, messenger));
             }
             Ok(owned)
@@ -164,7 +167,8 @@ impl OwnedInstance {
         };
         let p = properties.properties;
         let text = |t: Result<&CStr, _>| t.map(|t: &CStr| t.to_string_lossy().into_owned()).unwrap_or_default();
-        let version = |v: u32| format!("{}.{}.{}", vk::api_version_major(v), vk::api_version_minor(v), vk::api_version_patch(v));
+        let version =
+            |v: u32| format!("{}.{}.{}", vk::api_version_major(v), vk::api_version_minor(v), vk::api_version_patch(v));
         let yes = |v: vk::Bool32| if v == vk::TRUE { "yes" } else { "no" };
         let layers = p.limits.max_image_array_layers.min(p.limits.max_framebuffer_layers);
         let driver = format!("{} {}", text(driver.driver_name_as_c_str()), text(driver.driver_info_as_c_str()));
@@ -205,11 +209,21 @@ pub(crate) fn open(options: &LabOptions) -> Result<(Arc<LabDevice>, Arc<Gpu>), L
     let rank = |kind| ["discrete", "integrated", "virtual", "other", "cpu"].iter().position(|k| *k == kind);
     let (physical_device, report) = match options.device {
         Some(index) => reports.get(index).cloned().ok_or_else(|| {
-            LabError::Usage(format!("--device {index} does not exist; there are {} Vulkan devices, numbered from 0", reports.len()))
+            LabError::Usage(format!(
+                "--device {index} does not exist; there are {} Vulkan devices, numbered from 0",
+                reports.len()
+            ))
         })?,
-        None => reports.iter().filter(|(_, r)| r.missing.is_empty()).min_by_key(|(_, r)| rank(r.kind)).cloned().ok_or_else(|| {
-            LabError::Refused(format!("none of the {} Vulkan devices is usable; `umbrage info` says what each lacks", reports.len()))
-        })?,
+        None => {
+            reports.iter().filter(|(_, r)| r.missing.is_empty()).min_by_key(|(_, r)| rank(r.kind)).cloned().ok_or_else(
+                || {
+                    LabError::Refused(format!(
+                        "none of the {} Vulkan devices is usable; `umbrage info` says what each lacks",
+                        reports.len()
+                    ))
+                },
+            )?
+        }
     };
     if let Some(what) = report.missing.first() {
         return Err(LabError::Refused(format!("device {} ({}) lacks {what}", report.index, report.name)));
@@ -222,7 +236,8 @@ pub(crate) fn open(options: &LabOptions) -> Result<(Arc<LabDevice>, Arc<Gpu>), L
         let family = families
             .iter()
             .position(|f| f.queue_flags.contains(wanted) && f.timestamp_valid_bits > 0)
-            .ok_or_else(|| Error::Unsupported { what: "no queue offers graphics, compute and timestamps".into() })? as u32;
+            .ok_or_else(|| Error::Unsupported { what: "no queue offers graphics, compute and timestamps".into() })?
+            as u32;
         let mut needs = gpu::requirements(&instance, physical_device);
         let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
         let info = vk::DeviceCreateInfo::default()

@@ -179,8 +179,10 @@ impl Lab {
         let words = |image: &Image| -> Result<Vec<u32>, LabError> {
             Ok(bytemuck::pod_collect_to_vec(&self.read_image(image, Access::ComputeRead, 4)?))
         };
-        let (depth, normal, albedo) = (words(&self.prepass.depth)?, words(&self.prepass.normal)?, words(&self.prepass.albedo)?);
-        let gbuffer = decode_gbuffer(&self.camera_constants(), &self.frame_input(), self.view.size, &depth, &normal, albedo);
+        let (depth, normal, albedo) =
+            (words(&self.prepass.depth)?, words(&self.prepass.normal)?, words(&self.prepass.albedo)?);
+        let gbuffer =
+            decode_gbuffer(&self.camera_constants(), &self.frame_input(), self.view.size, &depth, &normal, albedo);
         Ok(self.gbuffer.get_or_init(|| Rc::new(gbuffer)).clone())
     }
 
@@ -249,7 +251,8 @@ impl Lab {
     pub(crate) fn read_image(&self, image: &Image, access: Access, texel: u64) -> Result<Vec<u8>, LabError> {
         let (width, height) = (u64::from(image.extent.width), u64::from(image.extent.height));
         let bytes = width * height * u64::from(image.layers) * texel;
-        let target = Buffer::new(&self.gpu, "image readback", bytes, vk::BufferUsageFlags::TRANSFER_DST, Memory::Readback)?;
+        let target =
+            Buffer::new(&self.gpu, "image readback", bytes, vk::BufferUsageFlags::TRANSFER_DST, Memory::Readback)?;
         self.submit(|cmd| {
             let device = &self.gpu.device;
             if access != Access::TransferRead {
@@ -264,7 +267,15 @@ impl Lab {
                 })
                 .image_extent(vk::Extent3D { width: image.extent.width, height: image.extent.height, depth: 1 })];
             // SAFETY: the buffer holds the whole image
-            unsafe { device.cmd_copy_image_to_buffer(cmd, image.raw, vk::ImageLayout::TRANSFER_SRC_OPTIMAL, target.raw, &region) };
+            unsafe {
+                device.cmd_copy_image_to_buffer(
+                    cmd,
+                    image.raw,
+                    vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
+                    target.raw,
+                    &region,
+                )
+            };
             sync::barrier(device, cmd, &[(Access::TransferWrite, Access::HostRead)]);
             if access != Access::TransferRead {
                 sync::image(device, cmd, image, Access::TransferRead, access);
@@ -275,7 +286,13 @@ impl Lab {
 
     /// Contents of a buffer that compute shaders wrote.
     pub(crate) fn read_buffer(&self, buffer: &Buffer) -> Result<Vec<u8>, LabError> {
-        let target = Buffer::new(&self.gpu, "buffer readback", buffer.size, vk::BufferUsageFlags::TRANSFER_DST, Memory::Readback)?;
+        let target = Buffer::new(
+            &self.gpu,
+            "buffer readback",
+            buffer.size,
+            vk::BufferUsageFlags::TRANSFER_DST,
+            Memory::Readback,
+        )?;
         self.submit(|cmd| {
             sync::barrier(&self.gpu.device, cmd, &[(Access::ComputeWrite, Access::TransferRead)]);
             let copy = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: buffer.size }];
@@ -288,7 +305,14 @@ impl Lab {
 }
 
 /// Positions and normals from what the prepass wrote.
-fn decode_gbuffer(frame: &Frame, input: &FrameInput, size: [u32; 2], depth: &[u32], normal: &[u32], albedo: Vec<u32>) -> GBuffer {
+fn decode_gbuffer(
+    frame: &Frame,
+    input: &FrameInput,
+    size: [u32; 2],
+    depth: &[u32],
+    normal: &[u32],
+    albedo: Vec<u32>,
+) -> GBuffer {
     let count = size[0] as usize * size[1] as usize;
     let mut g = GBuffer {
         width: size[0],

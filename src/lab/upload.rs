@@ -23,7 +23,10 @@ fn casters(scene: &Scene) -> (Vec<Caster>, u32) {
         first_masked = if masked { casters.len() as u32 } else { 0 };
         for mesh in scene.meshes.iter().filter(|m| m.casts && m.alpha_tested == masked) {
             for instance in mesh.first_instance..mesh.first_instance + mesh.instance_count {
-                casters.extend((mesh.first_cluster..mesh.first_cluster + mesh.cluster_count).map(|cluster| Caster { instance, cluster }));
+                casters.extend(
+                    (mesh.first_cluster..mesh.first_cluster + mesh.cluster_count)
+                        .map(|cluster| Caster { instance, cluster }),
+                );
             }
         }
     }
@@ -31,7 +34,11 @@ fn casters(scene: &Scene) -> (Vec<Caster>, u32) {
 }
 
 /// Uploads everything and waits.
-pub(crate) fn scene(gpu: &Arc<Gpu>, device: &LabDevice, scene: &Scene) -> Result<(SceneBuffers, Vec<Buffer>), LabError> {
+pub(crate) fn scene(
+    gpu: &Arc<Gpu>,
+    device: &LabDevice,
+    scene: &Scene,
+) -> Result<(SceneBuffers, Vec<Buffer>), LabError> {
     use vk::BufferUsageFlags as U;
     let (casters, first_masked) = casters(scene);
     let meshlets = super::meshlets::pack(scene);

@@ -8,8 +8,8 @@ mod uniform;
 
 pub use spec::MethodSpec;
 
-use crate::{Cull, Light};
 use crate::lab::{Lab, LabError};
+use crate::{Cull, Light};
 
 /// One key of a method.
 #[derive(Debug, Clone, Copy)]

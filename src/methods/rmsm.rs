@@ -1,6 +1,9 @@
 //! The engine itself behind the method trait: resolution-matched shadow maps (Lefohn et al. 2007; book, 4.4.2).
 
-use super::{DebugPicture, FrameTimes, LevelStatistics, Method, MethodInfo, MethodSpec, Parameter, Statistics, hard_directional, rmsm_pictures};
+use super::{
+    DebugPicture, FrameTimes, LevelStatistics, Method, MethodInfo, MethodSpec, Parameter, Statistics, hard_directional,
+    rmsm_pictures,
+};
 use crate::engine::Engine;
 use crate::engine::constants::{Grid, ROOT_LEVEL};
 use crate::gpu::sync::Access;
@@ -9,15 +12,35 @@ use crate::{Config, LevelRule, RequestRoute};
 
 const PARAMETERS: &[Parameter] = &[
     Parameter { key: "atlas_mib", default: "64", allowed: "1 to 1024", meaning: "device memory of the atlas in MiB" },
-    Parameter { key: "bias", default: "-3", allowed: "-8 to 8", meaning: "finest level allowed, relative to one texel a pixel" },
+    Parameter {
+        key: "bias",
+        default: "-3",
+        allowed: "-8 to 8",
+        meaning: "finest level allowed, relative to one texel a pixel",
+    },
     Parameter { key: "level", default: "min_length", allowed: "area or min_length", meaning: "level rule" },
     Parameter { key: "requests", default: "flags", allowed: "sort or flags", meaning: "route from pixels to pages" },
     Parameter { key: "page", default: "128", allowed: "64, 128, 256 or 512", meaning: "side of a page in texels" },
     Parameter { key: "gutter", default: "1", allowed: "1 to 8", meaning: "border of a page in texels" },
-    Parameter { key: "depth_bias", default: "1", allowed: "0 to 16", meaning: "depth bias beyond the receiver plane's, in texels plus a quarter of their slope" },
+    Parameter {
+        key: "depth_bias",
+        default: "1",
+        allowed: "0 to 16",
+        meaning: "depth bias beyond the receiver plane's, in texels plus a quarter of their slope",
+    },
     super::CULL,
-    Parameter { key: "pairs", default: "131072", allowed: "1024 to 1048576", meaning: "most (cluster, page) pairs a frame" },
-    Parameter { key: "keys", default: "16384", allowed: "1024 to 65536, a power of two", meaning: "most distinct pages asked for" },
+    Parameter {
+        key: "pairs",
+        default: "131072",
+        allowed: "1024 to 1048576",
+        meaning: "most (cluster, page) pairs a frame",
+    },
+    Parameter {
+        key: "keys",
+        default: "16384",
+        allowed: "1024 to 65536, a power of two",
+        meaning: "most distinct pages asked for",
+    },
 ];
 
 pub(super) const INFO: MethodInfo = MethodInfo {
@@ -87,7 +110,12 @@ impl Method for Rmsm {
     fn statistics(&mut self, lab: &Lab) -> Result<Statistics, LabError> {
         let c = self.engine.counters();
         let levels = (0..=ROOT_LEVEL as usize)
-            .map(|l| LevelStatistics { level: l as u32, requested: c.requested[l], resident: c.resident[l], refused: c.refused[l] })
+            .map(|l| LevelStatistics {
+                level: l as u32,
+                requested: c.requested[l],
+                resident: c.resident[l],
+                refused: c.refused[l],
+            })
             .collect::<Vec<_>>();
         let grid = Grid::new(lab.frame_input().light_direction, lab.scene_buffers())?;
         let config = &self.engine.config;

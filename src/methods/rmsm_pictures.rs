@@ -45,7 +45,8 @@ fn picture(name: &'static str, p: Picture) -> DebugPicture {
 fn entries(engine: &Engine, lab: &Lab) -> Result<Vec<u32>, LabError> {
     let [width, height] = lab.view().size;
     let usage = vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::TRANSFER_SRC;
-    let target = Image::new(lab.gpu(), "entries", &ImageSpec { format: vk::Format::R32_UINT, width, height, layers: 0, usage })?;
+    let target =
+        Image::new(lab.gpu(), "entries", &ImageSpec { format: vk::Format::R32_UINT, width, height, layers: 0, usage })?;
     let pass = Lookup::entries(lab.gpu(), &engine.config, &engine.buffers, &lab.prepass().receivers(), &target)?;
     lab.submit(|cmd| {
         let device = &lab.gpu().device;
@@ -78,7 +79,8 @@ fn atlas(engine: &Engine, lab: &Lab, pages: &[Page]) -> Result<Picture, LabError
     let side = engine.config.page_texels;
     let capacity = engine.config.page_capacity();
     let columns = f64::from(capacity).sqrt().ceil() as u32;
-    let depths: Vec<f32> = bytemuck::pod_collect_to_vec(&lab.read_image(&engine.buffers.atlas, Access::ComputeRead, 4)?);
+    let depths: Vec<f32> =
+        bytemuck::pod_collect_to_vec(&lab.read_image(&engine.buffers.atlas, Access::ComputeRead, 4)?);
     let tints = level_colors(pages)?;
     let mut out = Picture::filled(columns * THUMBNAIL, capacity.div_ceil(columns) * THUMBNAIL, EMPTY);
     for (page, tint) in pages.iter().zip(tints) {

@@ -2,7 +2,6 @@
 //! the part of the scene in the view frustum, or over the visible samples.
 
 use super::{FrameTimes, Method, MethodInfo, MethodSpec, Parameter, Statistics, hard_directional};
-use crate::{Config, Cull};
 use crate::engine::constants::{Grid, constants, light_axes};
 use crate::engine::gradient::Gradient;
 use crate::gpu::structs::Frame;
@@ -10,6 +9,7 @@ use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Buffer, Compute, Gpu, Graphics, GraphicsState, Image, ImageSpec, Memory, Timer, spirv};
 use crate::host::FrameInput;
 use crate::lab::{Lab, LabError};
+use crate::{Config, Cull};
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
@@ -17,8 +17,18 @@ use std::sync::Arc;
 
 const PARAMETERS: &[Parameter] = &[
     Parameter { key: "resolution", default: "4096", allowed: "64 to 16384", meaning: "side of the map in texels" },
-    Parameter { key: "fit", default: "samples", allowed: "scene, frustum or samples", meaning: "what the map is fitted to" },
-    Parameter { key: "depth_bias", default: "1", allowed: "0 to 16", meaning: "depth bias beyond the receiver plane's, in texels plus a quarter of their slope" },
+    Parameter {
+        key: "fit",
+        default: "samples",
+        allowed: "scene, frustum or samples",
+        meaning: "what the map is fitted to",
+    },
+    Parameter {
+        key: "depth_bias",
+        default: "1",
+        allowed: "0 to 16",
+        meaning: "depth bias beyond the receiver plane's, in texels plus a quarter of their slope",
+    },
     super::CULL,
 ];
 
@@ -104,12 +114,20 @@ impl Uniform {
         }
         let [width, height] = lab.view().size;
         use vk::{BufferUsageFlags as B, Format as F, ImageUsageFlags as I};
-        let screen = |name, format, usage| Image::new(gpu, name, &ImageSpec { format, width, height, layers: 0, usage });
+        let screen =
+            |name, format, usage| Image::new(gpu, name, &ImageSpec { format, width, height, layers: 0, usage });
         let receiver = screen("receiver planes", F::R32G32B32A32_UINT, I::STORAGE | I::SAMPLED)?;
         let visibility = screen("visibility", F::R32_SFLOAT, I::STORAGE | I::TRANSFER_SRC)?;
         let usage = I::DEPTH_STENCIL_ATTACHMENT | I::SAMPLED;
-        let map = Image::new(gpu, "map", &ImageSpec { format: F::D32_SFLOAT, width: side, height: side, layers: 0, usage })?;
-        let frame = Buffer::new(gpu, "frame constants", size_of::<Frame>() as u64, B::UNIFORM_BUFFER | B::TRANSFER_DST, Memory::Device)?;
+        let map =
+            Image::new(gpu, "map", &ImageSpec { format: F::D32_SFLOAT, width: side, height: side, layers: 0, usage })?;
+        let frame = Buffer::new(
+            gpu,
+            "frame constants",
+            size_of::<Frame>() as u64,
+            B::UNIFORM_BUFFER | B::TRANSFER_DST,
+            Memory::Device,
+        )?;
         let bounds = Buffer::storage(gpu, "sample bounds", 4 * 4 * u64::from(ANGLES), B::empty())?;
         let fit = Buffer::storage(gpu, "fit", size_of::<Fit>() as u64, B::empty())?;
         let receivers = lab.prepass().receivers();
@@ -130,7 +148,8 @@ impl Uniform {
             depth_compare: vk::CompareOp::LESS_OR_EQUAL,
             cull: vk::CullModeFlags::NONE,
         };
-        let lookup = [samples[0], samples[1], samples[2], draw[1], Binding::Sampled(&map), Binding::StorageImage(&visibility)];
+        let lookup =
+            [samples[0], samples[1], samples[2], draw[1], Binding::Sampled(&map), Binding::StorageImage(&visibility)];
         Ok(Self {
             config: Config { bias_texels: settings.bias_texels, ..Config::new(lab.view().size) },
             gradient: Gradient::new(gpu, constants, &receivers, Binding::StorageImage(&receiver))?,
@@ -142,8 +161,24 @@ impl Uniform {
                 &[],
                 0,
             )?,
-            choose: Compute::new(gpu, "uniform_fit", spirv!("methods/uniform_fit.comp"), &[Binding::Storage(&bounds), draw[1]], &[], 4)?,
-            opaque: Graphics::new(gpu, "uniform", spirv!("methods/uniform.vert"), None, &draw[..3], &[], 0, &state(false))?,
+            choose: Compute::new(
+                gpu,
+                "uniform_fit",
+                spirv!("methods/uniform_fit.comp"),
+                &[Binding::Storage(&bounds), draw[1]],
+                &[],
+                4,
+            )?,
+            opaque: Graphics::new(
+                gpu,
+                "uniform",
+                spirv!("methods/uniform.vert"),
+                None,
+                &draw[..3],
+                &[],
+                0,
+                &state(false),
+            )?,
             masked: Graphics::new(
                 gpu,
                 "uniform_masked",
@@ -188,7 +223,11 @@ impl Uniform {
         use Access::*;
         let device = &self.gpu.device;
         let size = lab.view().size;
-        sync::barrier(device, cmd, &[(ComputeRead, TransferWrite), (GraphicsRead, TransferWrite), (ComputeWrite, TransferWrite)]);
+        sync::barrier(
+            device,
+            cmd,
+            &[(ComputeRead, TransferWrite), (GraphicsRead, TransferWrite), (ComputeWrite, TransferWrite)],
+        );
         // SAFETY: the command buffer is recording; the data is smaller than 64 KiB
         unsafe {
             device.cmd_update_buffer(cmd, self.frame.raw, 0, bytemuck::bytes_of(constants));
@@ -197,7 +236,11 @@ impl Uniform {
                 device.cmd_update_buffer(cmd, self.fit.raw, 0, bytemuck::bytes_of(fit));
             }
         }
-        sync::barrier(device, cmd, &[(TransferWrite, ComputeRead), (TransferWrite, ComputeWrite), (TransferWrite, GraphicsRead)]);
+        sync::barrier(
+            device,
+            cmd,
+            &[(TransferWrite, ComputeRead), (TransferWrite, ComputeWrite), (TransferWrite, GraphicsRead)],
+        );
         sync::discard(device, cmd, &self.receiver, ComputeRead, StorageImage);
         sync::discard(device, cmd, &self.visibility, TransferRead, StorageImage);
         self.gradient.record(cmd, size);
@@ -231,7 +274,8 @@ impl Uniform {
             .clear_value(vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 1.0, stencil: 0 } });
         let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width: side, height: side } };
         let info = vk::RenderingInfo::default().render_area(area).layer_count(1).depth_attachment(&attachment);
-        let viewport = vk::Viewport { x: 0.0, y: 0.0, width: side as f32, height: side as f32, min_depth: 0.0, max_depth: 1.0 };
+        let viewport =
+            vk::Viewport { x: 0.0, y: 0.0, width: side as f32, height: side as f32, min_depth: 0.0, max_depth: 1.0 };
         // SAFETY: the command buffer is recording; buffers and images outlive the submission
         unsafe {
             device.cmd_begin_rendering(cmd, &info);
@@ -242,7 +286,12 @@ impl Uniform {
             for (pipeline, alpha_tested) in [(&self.opaque, false), (&self.masked, true)] {
                 let pipeline = if self.settings.cull == Cull::None { pipeline } else { &self.masked };
                 pipeline.bind(cmd, &());
-                for (d, _) in lab.draws().iter().zip(&lab.scene().meshes).filter(|(d, m)| m.casts && d.alpha_tested == alpha_tested) {
+                for (d, _) in lab
+                    .draws()
+                    .iter()
+                    .zip(&lab.scene().meshes)
+                    .filter(|(d, m)| m.casts && d.alpha_tested == alpha_tested)
+                {
                     device.cmd_draw_indexed(cmd, d.index_count, d.instance_count, d.first_index, 0, d.first_instance);
                 }
             }
@@ -347,7 +396,8 @@ fn least_area(points: &[DVec2], resolution: f64) -> Fit {
         let size = ((high - low) * (resolution / (resolution - 2.0))).max(DVec2::splat(1e-9));
         let low = 0.5 * (low + high) - 0.5 * size;
         if size.x * size.y < best.0 {
-            let row = |x: f64, y: f64, low: f64, size: f64| [(x / size) as f32, (y / size) as f32, (-low / size) as f32, 0.0];
+            let row =
+                |x: f64, y: f64, low: f64, size: f64| [(x / size) as f32, (y / size) as f32, (-low / size) as f32, 0.0];
             let fit = Fit {
                 row_u: row(cos, sin, low.x, size.x),
                 row_v: row(-sin, cos, low.y, size.y),

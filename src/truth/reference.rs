@@ -130,8 +130,13 @@ pub(super) fn dvec3(v: [f32; 3]) -> DVec3 {
 }
 
 /// One ray a pixel, as the method `raytraced`: visibility as `visibility.exr` holds it (see
-/// [`Reference::visibility_image`]), on all cores. Fails as [`reference`] does.
-pub fn trace_visibility(tracer: &Tracer, scene: &Scene, gbuffer: &GBuffer, light: &Light) -> Result<Vec<f32>, TruthError> {
+/// [`Reference::visibility_image`]), on all cores. Fails as [`reference()`] does.
+pub fn trace_visibility(
+    tracer: &Tracer,
+    scene: &Scene,
+    gbuffer: &GBuffer,
+    light: &Light,
+) -> Result<Vec<f32>, TruthError> {
     let pixels = gbuffer.checked_len()?;
     check_light(light)?;
     let offset = OFFSETS[0] * scene.diagonal();

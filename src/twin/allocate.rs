@@ -6,14 +6,13 @@ use super::{ROOT_LEVEL, SHIFTS};
 use std::collections::{BTreeMap, BTreeSet};
 
 const RANKS: u32 = 2048;
-const WEIGHT_BITS: u32 = 10;
 
 /// A page of the quadtree.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Node {
     /// Pixels that ask for exactly this page.
     pub own: u64,
-    /// Pixels that ask for a finer page inside it, weighted with 2^(levels between), at most 2^10.
+    /// Pixels that ask for a finer page inside it, weighted with 2^(levels between), at most `weight_bits` of them.
     pub below: u64,
     /// Order of service of an inner node; 0 for leaves.
     pub rank: u32,
@@ -57,7 +56,11 @@ fn rank(node: &Node, level: i32) -> (u32, u32) {
     let rank = if cost == 0 {
         RANKS - 1
     } else {
-        let whole = if benefit < 1 << 27 { (benefit << 4) / u64::from(cost) } else { (benefit / u64::from(cost)) << 4 };
+        let whole = if benefit < 1 << 27 {
+            (benefit << 4) / u64::from(cost)
+        } else {
+            (benefit / u64::from(cost)).min(0x0fff_ffff) << 4
+        };
         let whole = whole.max(1);
         let high = whole.ilog2();
         let seven_bits = if high >= 6 { whole >> (high - 6) } else { whole << (6 - high) };
@@ -67,12 +70,13 @@ fn rank(node: &Node, level: i32) -> (u32, u32) {
 }
 
 /// Chooses pages for `requests` (pixels by key) when the table takes `request_capacity` keys and the atlas
-/// `page_capacity` pages. `runs` are those of [`super::compact::Compacted`].
+/// `page_capacity` pages; `weight_bits` is [`crate::Config::weight_bits`]. `runs` are those of [`super::compact::Compacted`].
 pub fn allocate(
     requests: &BTreeMap<u32, u32>,
     runs: [u32; 3],
     request_capacity: u32,
     page_capacity: u32,
+    weight_bits: u32,
 ) -> Allocation {
     let fits = runs[..2].iter().position(|&r| r <= request_capacity).unwrap_or(2);
     let mut out = Allocation { shift: SHIFTS[fits], ..Allocation::default() };
@@ -90,7 +94,7 @@ pub fn allocate(
         for distance in 1..=(ROOT_LEVEL - key_level(leaf)) as u32 {
             let key = key_ancestor(leaf, distance);
             let node = out.nodes.entry(key).or_default();
-            node.below += own << distance.min(WEIGHT_BITS);
+            node.below += own << distance.min(weight_bits);
             node.child[child as usize & 3] = child;
             child = key;
         }
@@ -134,7 +138,8 @@ impl Allocation {
             out.entries.insert(key, entry);
             if self.leaves.contains(&key) {
                 out.requested[level as usize] += 1;
-                out.refused[level as usize] += u32::from(served.is_none_or(|(l, _)| l > level + tolerance));
+                out.refused[level as usize] +=
+                    u32::from(served.is_none_or(|(l, _)| l > level - self.shift as i32 + tolerance));
             }
         }
         out

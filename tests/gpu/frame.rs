@@ -77,9 +77,7 @@ fn both_routes_give_the_same_frame() {
     }
 }
 
-/// A known fault: the sort route's list holds half an entry a pixel and coarsens where the flags route need not.
 #[test]
-#[should_panic(expected = "bias -8")]
 fn both_routes_agree_when_every_pixel_has_a_page_of_its_own() {
     let (scene, view) = scenes::street(SIZE);
     let lab = Bench::new(scene, view);

@@ -31,17 +31,16 @@ fn check(lab: &Bench, route: RequestRoute, capacity: u32, frame: &Frame, inputs:
         let made = attempts(frame, depth, receiver, capacity, asked(route));
         let got = stage.request(lab, frame, depth, receiver).unwrap();
         let c = got.counters;
-        let mut full = false;
         for (i, want) in made.iter().enumerate() {
             // an attempt that overflows counts on, until the page table is full
             let (counted, mut asked) = (c.requests[i], asked(route)(want));
             if route == RequestRoute::Flags && asked >= 8 * capacity {
-                (full, asked) = (true, 8 * capacity);
+                asked = 8 * capacity;
             }
             let near = 2 * want.near.len() as u32;
             assert!(counted.abs_diff(asked) <= near, "{case}: attempt {i} counted {counted}, not {asked}");
         }
-        assert_eq!(c.failed > 0, full, "{case}: {} insertions failed", c.failed);
+        assert_eq!(c.failed, 0, "{case}: failures of attempts that were given up do not count");
         assert_eq!(c.requests[made.len()..], [0; 4][made.len()..], "{case}: attempts that were not needed");
         assert_eq!(c.shift, twin::SHIFTS[made.len() - 1], "{case}");
         if route == RequestRoute::Flags {
