@@ -1,4 +1,29 @@
-//! Adaptive shadow maps for Vulkan.
+//! Umbrage: adaptive shadow maps for Vulkan.
+//!
+//! Every visible sample gets the shadow-map resolution it needs, and no more: resolution-matched shadow maps (Lefohn,
+//! Sengupta, Owens 2007) from request to lookup on the GPU, by commands that do not depend on what the GPU finds.
+//!
+//! # The order in which a host works
+//!
+//! 1. **Requirements.** [`gpu::requirements`] says what to enable on a Vulkan 1.3 device, [`gpu::missing_features`] what
+//!    a device lacks.
+//! 2. **Casters and receivers.** Describe your buffers with [`host::SceneBuffers`], your depth and normals with
+//!    [`host::Receivers`].
+//! 3. **Create.** [`Engine::new`] takes a [`Config`]; it allocates everything, nothing is allocated afterwards.
+//! 4. **Record.** [`Engine::record`] writes one frame into your command buffer: no submit, no wait, no read-back.
+//! 5. **Sample.** The mask is [`Engine::visibility`]; `glsl/host/umbrage_lookup.glsl` is the lookup itself.
+//! 6. **Tune.** [`Engine::counters`] tells what was requested, drawn and refused, [`Engine::memory`] what it costs.
+//!
+//! # Features
+//!
+//! Without features the crate is the engine alone. `lab` adds glTF scenes, the other methods, the ray-traced reference
+//! and pictures; `cli` adds the program `umbrage`.
+//!
+//! # Spaces and units
+//!
+//! World space is right-handed; positions on the GPU are relative to the scene's origin or to the eye. Light space has
+//! its x and y axes across the light and z along its travel. Level 0 is the finest; a page of level l covers twice the
+//! length of one of level l - 1. Image row 0 is the top, pixel centres lie at +0.5, depth is reversed.
 
 mod camera;
 mod config;

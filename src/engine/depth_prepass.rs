@@ -1,11 +1,13 @@
 //! Depth, geometric normal and base colour of what the camera sees. A host may bring its own depth and normals instead.
 //! Reads: scene. Writes: depth (reversed), normal, albedo. No capacity.
 
+use super::constants::camera_constants;
 use crate::Error;
+use crate::gpu::HostDevice;
 use crate::gpu::structs::Frame;
 use crate::gpu::sync::{self, Access};
-use crate::gpu::{Binding, Buffer, Gpu, Graphics, GraphicsState, Image, ImageSpec, Memory, spirv};
-use crate::host::{Receivers, SceneBuffers};
+use crate::gpu::{Binding, Buffer, Gpu, Graphics, GraphicsState, Image, ImageSpec, Memory, Shaders, spirv};
+use crate::host::{FrameInput, Receivers, SceneBuffers};
 use ash::vk;
 use std::sync::Arc;
 
@@ -24,10 +26,12 @@ pub struct MeshDraw {
     pub alpha_tested: bool,
 }
 
-pub(crate) struct DepthPrepass {
+/// The engine's own prepass for hosts that have no depth and normals to give.
+pub struct DepthPrepass {
     pub(crate) depth: Image,
     pub(crate) normal: Image,
     pub(crate) albedo: Image,
+    size: [u32; 2],
     frame: Buffer,
     opaque: Graphics,
     masked: Graphics,
@@ -36,7 +40,20 @@ pub(crate) struct DepthPrepass {
 }
 
 impl DepthPrepass {
-    pub(crate) fn new(gpu: &Arc<Gpu>, size: [u32; 2], scene: &SceneBuffers) -> Result<Self, Error> {
+    /// Makes images of `size` pixels and the pipelines.
+    ///
+    /// # Errors
+    /// As [`crate::Engine::new`].
+    ///
+    /// # Safety
+    /// As [`crate::Engine::new`].
+    pub unsafe fn new(host: &HostDevice, size: [u32; 2], scene: &SceneBuffers) -> Result<Self, Error> {
+        // SAFETY: the caller vouches for the handles
+        let gpu = unsafe { Gpu::new(host)? };
+        Self::on(&gpu, size, scene)
+    }
+
+    pub(crate) fn on(gpu: &Arc<Gpu>, size: [u32; 2], scene: &SceneBuffers) -> Result<Self, Error> {
         use vk::ImageUsageFlags as I;
         let [width, height] = size;
         let image = |name: &str, format, usage| {
@@ -60,7 +77,8 @@ impl DepthPrepass {
         };
         let pipeline = |name, alpha_test: u32| {
             let (vertex, fragment) = (spirv!("engine/depth_prepass.vert"), spirv!("engine/depth_prepass.frag"));
-            Graphics::new(gpu, name, vertex, Some(fragment), &bindings, &[alpha_test], 0, &state)
+            let shaders = Shaders { vertex, fragment: Some(fragment), constants: &[alpha_test] };
+            Graphics::new(gpu, name, &shaders, &bindings, &state)
         };
         Ok(Self {
             depth: image("depth", vk::Format::D32_SFLOAT, I::DEPTH_STENCIL_ATTACHMENT)?,
@@ -68,24 +86,30 @@ impl DepthPrepass {
             albedo: image("albedo", vk::Format::R8G8B8A8_UNORM, I::COLOR_ATTACHMENT)?,
             opaque: pipeline("depth_prepass", 0)?,
             masked: pipeline("depth_prepass_masked", 1)?,
+            size,
             frame,
             scene: *scene,
             gpu: gpu.clone(),
         })
     }
 
-    pub(crate) fn receivers(&self) -> Receivers {
+    /// Depth and normals, as [`crate::Engine::new`] takes them.
+    pub fn receivers(&self) -> Receivers {
         Receivers { depth: self.depth.view, normal: self.normal.view }
     }
 
-    /// Leaves depth, normal and albedo readable by shaders.
-    pub(crate) fn record(&self, cmd: vk::CommandBuffer, constants: &Frame, draws: &[MeshDraw]) {
+    /// Draws the scene; leaves depth, normal and albedo readable by compute shaders.
+    ///
+    /// # Safety
+    /// `cmd` must be recording outside of rendering; frames must run in the order they were recorded.
+    pub unsafe fn record(&self, cmd: vk::CommandBuffer, input: &FrameInput, draws: &[MeshDraw]) {
+        let constants = camera_constants(self.size, input);
         use Access::*;
         let device = &self.gpu.device;
         self.gpu.begin_label(cmd, "depth_prepass");
         sync::barrier(device, cmd, &[(GraphicsRead, TransferWrite)]);
         // SAFETY: the command buffer is recording; the constants are smaller than 64 KiB
-        unsafe { device.cmd_update_buffer(cmd, self.frame.raw, 0, bytemuck::bytes_of(constants)) };
+        unsafe { device.cmd_update_buffer(cmd, self.frame.raw, 0, bytemuck::bytes_of(&constants)) };
         sync::barrier(device, cmd, &[(TransferWrite, GraphicsRead)]);
         sync::discard(device, cmd, &self.depth, ComputeRead, DepthAttachment);
         sync::discard(device, cmd, &self.normal, ComputeRead, ColorAttachment);
@@ -123,7 +147,7 @@ impl DepthPrepass {
             device.cmd_bind_index_buffer(cmd, self.scene.indices, 0, vk::IndexType::UINT32);
             device.cmd_bind_vertex_buffers(cmd, 0, &[self.scene.positions, self.scene.attributes], &[0, 0]);
             for (pipeline, alpha_tested) in [(&self.opaque, false), (&self.masked, true)] {
-                pipeline.bind(cmd, &());
+                pipeline.bind(cmd);
                 for d in draws.iter().filter(|d| d.alpha_tested == alpha_tested) {
                     device.cmd_draw_indexed(cmd, d.index_count, d.instance_count, d.first_index, 0, d.first_instance);
                 }

@@ -15,6 +15,7 @@ impl Lookup {
         Self::with(gpu, "lookup", spirv!("engine/lookup.comp"), config, b, receivers, &b.visibility)
     }
 
+    #[cfg(feature = "lab")]
     /// For debugging: the page table entry of every pixel instead of its visibility, into an R32_UINT image.
     pub(crate) fn entries(
         gpu: &Arc<Gpu>,

@@ -14,6 +14,8 @@ pub(crate) mod request;
 pub(crate) mod sort;
 pub(crate) mod tiles;
 
+pub use depth_prepass::{DepthPrepass, MeshDraw};
+
 use crate::config::RequestRoute;
 use crate::gpu::structs::Counters;
 use crate::gpu::{Gpu, HostDevice, Timer};

@@ -4,7 +4,7 @@
 
 use super::buffers::{Buffers, arguments};
 use crate::gpu::structs::COMMAND_BYTES;
-use crate::gpu::{Binding, Gpu, Graphics, GraphicsState, spirv};
+use crate::gpu::{Binding, Gpu, Graphics, GraphicsState, Shaders, spirv};
 use crate::host::SceneBuffers;
 use crate::{Config, Cull, Error};
 use ash::vk;
@@ -45,31 +45,26 @@ impl Tiles {
             clear: Graphics::new(
                 gpu,
                 "tiles_clear",
-                spirv!("engine/tiles_clear.vert"),
-                None,
+                &Shaders { vertex: spirv!("engine/tiles_clear.vert"), fragment: None, constants: &[] },
                 &[bindings[1]],
-                &[],
-                0,
                 &clear,
             )?,
             opaque: Graphics::new(
                 gpu,
                 "tiles",
-                spirv!("engine/tiles.vert"),
-                None,
+                &Shaders { vertex: spirv!("engine/tiles.vert"), fragment: None, constants: &constants },
                 &bindings[..5],
-                &constants,
-                0,
                 &state(false),
             )?,
             masked: Graphics::new(
                 gpu,
                 "tiles_masked",
-                spirv!("engine/tiles_masked.vert"),
-                Some(spirv!("engine/tiles_masked.frag")),
+                &Shaders {
+                    vertex: spirv!("engine/tiles_masked.vert"),
+                    fragment: Some(spirv!("engine/tiles_masked.frag")),
+                    constants: &constants,
+                },
                 &bindings,
-                &constants,
-                0,
                 &state(true),
             )?,
             scene: *scene,
@@ -102,20 +97,20 @@ impl Tiles {
             device.cmd_begin_rendering(cmd, &info);
             device.cmd_set_viewport(cmd, 0, &[viewport]);
             device.cmd_set_scissor(cmd, 0, &[area]);
-            self.clear.bind(cmd, &());
+            self.clear.bind(cmd);
             device.cmd_draw_indirect(cmd, b.arguments.raw, 4 * u64::from(arguments::CLEAR), 1, 0);
             device.cmd_bind_index_buffer(cmd, self.scene.indices, 0, vk::IndexType::UINT32);
             device.cmd_bind_vertex_buffers(cmd, 0, &[self.scene.positions, self.scene.attributes], &[0, 0]);
         }
         // sides are told apart in the fragment shader, since mirrored instances turn the winding over
         if self.cull == Cull::None {
-            self.opaque.bind(cmd, &())
+            self.opaque.bind(cmd)
         } else {
-            self.masked.bind(cmd, &())
+            self.masked.bind(cmd)
         }
         self.draw(cmd, b, false);
         if self.scene.first_masked < self.scene.caster_count {
-            self.masked.bind(cmd, &());
+            self.masked.bind(cmd);
             self.draw(cmd, b, true);
         }
         // SAFETY: rendering was begun above

@@ -4,9 +4,10 @@ mod pipeline;
 mod resources;
 pub mod structs;
 pub(crate) mod sync;
+#[cfg_attr(not(feature = "lab"), allow(dead_code))] // the lab makes and reads timers
 mod timer;
 
-pub(crate) use pipeline::{Binding, Compute, Graphics, GraphicsState};
+pub(crate) use pipeline::{Binding, Compute, Graphics, GraphicsState, Shaders};
 pub(crate) use resources::{Buffer, Image, ImageSpec, Memory};
 pub(crate) use timer::Timer;
 

@@ -225,6 +225,14 @@ impl Drop for Compute {
     }
 }
 
+/// The shaders of a graphics pipeline; both stages get the same constants.
+pub(crate) struct Shaders<'a> {
+    pub(crate) vertex: &'a [u8],
+    pub(crate) fragment: Option<&'a [u8]>,
+    /// In the order of their ids.
+    pub(crate) constants: &'a [u32],
+}
+
 /// Fixed state of a graphics pipeline; triangles, no culling, dynamic viewport and scissor.
 pub(crate) struct GraphicsState<'a> {
     /// Whether binding 0 delivers `vec3` positions at location 0.
@@ -246,19 +254,16 @@ impl Graphics {
     pub(crate) fn new(
         gpu: &Arc<Gpu>,
         name: &'static str,
-        vertex: &[u8],
-        fragment: Option<&[u8]>,
+        shaders: &Shaders<'_>,
         bindings: &[Binding<'_>],
-        constants: &[u32],
-        push_size: usize,
         state: &GraphicsState<'_>,
     ) -> Result<Self, Error> {
         let stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
-        let layout = Layout::new(gpu, name, stages, bindings, push_size as u32)?;
-        let (entries, data) = specialization(constants);
+        let layout = Layout::new(gpu, name, stages, bindings, 0)?;
+        let (entries, data) = specialization(shaders.constants);
         let constants = vk::SpecializationInfo::default().map_entries(&entries).data(data);
-        let mut modules = vec![(vk::ShaderStageFlags::VERTEX, shader_module(gpu, name, vertex)?)];
-        if let Some(fragment) = fragment {
+        let mut modules = vec![(vk::ShaderStageFlags::VERTEX, shader_module(gpu, name, shaders.vertex)?)];
+        if let Some(fragment) = shaders.fragment {
             modules.push((vk::ShaderStageFlags::FRAGMENT, shader_module(gpu, name, fragment)?));
         }
         let shader_stages: Vec<_> = modules
@@ -348,9 +353,9 @@ impl Graphics {
         Ok(Self { pipeline, layout })
     }
 
-    /// Binds pipeline, set and push constants; draws follow.
-    pub(crate) fn bind<P: Pod>(&self, cmd: vk::CommandBuffer, push: &P) {
-        self.layout.bind(cmd, vk::PipelineBindPoint::GRAPHICS, self.pipeline, push);
+    /// Binds pipeline and set; draws follow.
+    pub(crate) fn bind(&self, cmd: vk::CommandBuffer) {
+        self.layout.bind(cmd, vk::PipelineBindPoint::GRAPHICS, self.pipeline, &());
     }
 }
 

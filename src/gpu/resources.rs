@@ -12,6 +12,7 @@ use std::sync::Arc;
 pub(crate) enum Memory {
     /// Device only.
     Device,
+    #[cfg_attr(not(feature = "lab"), allow(dead_code))] // the lab uses it
     /// Written by the CPU, read by the GPU.
     Upload,
     /// Written by the GPU, read by the CPU.
@@ -76,6 +77,7 @@ impl Buffer {
         self.allocation.as_ref().and_then(Allocation::mapped_slice).unwrap_or(&[])
     }
 
+    #[cfg_attr(not(feature = "lab"), allow(dead_code))] // the lab uses it
     /// The mapped bytes for writing; empty for device memory.
     pub(crate) fn bytes_mut(&mut self) -> &mut [u8] {
         self.allocation.as_mut().and_then(Allocation::mapped_slice_mut).unwrap_or(&mut [])

@@ -7,6 +7,7 @@ use vk::{AccessFlags2 as A, ImageLayout as L, PipelineStageFlags2 as S};
 /// One way of touching a resource.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Access {
+    #[cfg_attr(not(feature = "lab"), allow(dead_code))] // the lab uses it
     /// Nothing happened yet, or the content is not needed any more.
     Nothing,
     ComputeRead,
@@ -22,6 +23,7 @@ pub(crate) enum Access {
     TransferRead,
     TransferWrite,
     HostRead,
+    #[cfg_attr(not(feature = "lab"), allow(dead_code))] // the lab uses it
     HostWrite,
 }
 

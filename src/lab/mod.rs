@@ -90,7 +90,7 @@ impl Lab {
         }
         let (device, gpu) = device::open(options)?;
         let (buffers, storage) = upload::scene(&gpu, &device, &scene)?;
-        let prepass = DepthPrepass::new(&gpu, view.size, &buffers)?;
+        let prepass = DepthPrepass::on(&gpu, view.size, &buffers)?;
         let draws = scene
             .meshes
             .iter()
@@ -216,7 +216,8 @@ impl Lab {
     }
 
     fn record_prepass(&self, cmd: vk::CommandBuffer) {
-        self.prepass.record(cmd, &self.camera_constants(), &self.draws);
+        // SAFETY: the lab records its command buffer outside of rendering and waits for each submission
+        unsafe { self.prepass.record(cmd, &self.frame_input(), &self.draws) };
     }
 
     /// Submits what `record` puts into a command buffer, waits, and returns the wall time in milliseconds.

@@ -103,7 +103,8 @@ fn table(pages: &[Page]) -> Result<Picture, LabError> {
     let mut out = Picture::filled(TABLE_SIDE, TABLE_SIDE, EMPTY);
     for (page, color) in pages.iter().zip(level_colors(pages)?) {
         let level = key_level(page.key);
-        let at = |coordinate: u32| (u64::from(coordinate) * u64::from(TABLE_SIDE) << level >> (ROOT_LEVEL + 1)) as u32;
+        let at =
+            |coordinate: u32| ((u64::from(coordinate) * u64::from(TABLE_SIDE)) << level >> (ROOT_LEVEL + 1)) as u32;
         let (x, y) = (unspread(page.key), unspread(page.key >> 1));
         let (left, top) = (at(x), at(y));
         let (width, height) = ((at(x + 1) - left).max(1), (at(y + 1) - top).max(1));

@@ -6,7 +6,9 @@ use crate::engine::constants::{Grid, constants, light_axes};
 use crate::engine::gradient::Gradient;
 use crate::gpu::structs::Frame;
 use crate::gpu::sync::{self, Access};
-use crate::gpu::{Binding, Buffer, Compute, Gpu, Graphics, GraphicsState, Image, ImageSpec, Memory, Timer, spirv};
+use crate::gpu::{
+    Binding, Buffer, Compute, Gpu, Graphics, GraphicsState, Image, ImageSpec, Memory, Shaders, Timer, spirv,
+};
 use crate::host::FrameInput;
 use crate::lab::{Lab, LabError};
 use crate::{Config, Cull};
@@ -172,21 +174,19 @@ impl Uniform {
             opaque: Graphics::new(
                 gpu,
                 "uniform",
-                spirv!("methods/uniform.vert"),
-                None,
+                &Shaders { vertex: spirv!("methods/uniform.vert"), fragment: None, constants: &[] },
                 &draw[..3],
-                &[],
-                0,
                 &state(false),
             )?,
             masked: Graphics::new(
                 gpu,
                 "uniform_masked",
-                spirv!("methods/uniform_masked.vert"),
-                Some(spirv!("methods/uniform_masked.frag")),
+                &Shaders {
+                    vertex: spirv!("methods/uniform_masked.vert"),
+                    fragment: Some(spirv!("methods/uniform_masked.frag")),
+                    constants: &[0, 0, settings.cull as u32],
+                },
                 &draw,
-                &[0, 0, settings.cull as u32],
-                0,
                 &state(true),
             )?,
             lookup: Compute::new(gpu, "uniform_lookup", spirv!("methods/uniform_lookup.comp"), &lookup, &[], 0)?,
@@ -285,7 +285,7 @@ impl Uniform {
             device.cmd_bind_vertex_buffers(cmd, 0, &[scene.positions, scene.attributes], &[0, 0]);
             for (pipeline, alpha_tested) in [(&self.opaque, false), (&self.masked, true)] {
                 let pipeline = if self.settings.cull == Cull::None { pipeline } else { &self.masked };
-                pipeline.bind(cmd, &());
+                pipeline.bind(cmd);
                 for (d, _) in lab
                     .draws()
                     .iter()
