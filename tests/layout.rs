@@ -7,7 +7,9 @@ mod spirv;
 use spirv::{assert_layout, check_layout, committed, files, path, read};
 use std::collections::BTreeSet;
 use std::mem::offset_of;
-use umbrage::gpu::structs::{Caster, Counters, Frame, Node, Page};
+use umbrage::gpu::structs::{
+    Caster, CasterPush, Counters, Fit, Frame, Node, Page, PreparePush, RequestPush, RetryPush, TrianglePush,
+};
 use umbrage::scene::{Cluster, Instance, Material};
 
 /// Name and offset of each field.
@@ -71,7 +73,20 @@ fn other_structs_have_their_known_layout() {
     let fields = fields!(Command, index_count instance_count first_index vertex_offset first_instance);
     assert_layout::<Command>(&all, "DrawCommand", fields);
     assert_eq!(check_layout(&all, "Pair", 8, &[("page", 0), ("caster", 4)]), Ok(()));
-    assert_eq!(check_layout(&all, "Fit", 48, &[("row_u", 0), ("row_v", 16), ("texel", 32)]), Ok(()));
+    assert_layout::<Fit>(&all, "Fit", fields!(Fit, row_u row_v texel));
+}
+
+#[test]
+fn push_constants_are_those_of_their_shaders() {
+    let push = |shader: &str| committed(&format!("engine/{shader}.comp"));
+    assert_layout::<RequestPush>(&push("request"), "Push", fields!(RequestPush, attempt shift));
+    let retry = fields!(RetryPush, attempt shift groups_x groups_y argument);
+    assert_layout::<RetryPush>(&push("request_retry"), "Push", retry);
+    assert_layout::<PreparePush>(&push("sort_prepare"), "Push", fields!(PreparePush, capacity pages argument));
+    for shader in ["cull_count", "cull_emit"] {
+        assert_layout::<CasterPush>(&push(shader), "Push", fields!(CasterPush, caster_count first_masked));
+    }
+    assert_layout::<TrianglePush>(&push("cull_triangles"), "Push", fields!(TrianglePush, masked first_compacted));
 }
 
 /// Every struct of which shaders have an array is compared above.

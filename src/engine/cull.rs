@@ -4,29 +4,15 @@
 //! capacity of indices: whole clusters are drawn.
 
 use super::buffers::{Buffers, arguments};
+use crate::gpu::structs::{CasterPush, TrianglePush};
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Compute, Gpu, spirv};
 use crate::host::SceneBuffers;
 use crate::{Config, Error};
 use ash::vk;
-use bytemuck::{Pod, Zeroable};
 use std::sync::Arc;
 
 const DISPATCH_X: u32 = 32768;
-
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct CasterPush {
-    caster_count: u32,
-    first_masked: u32,
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct TrianglePush {
-    masked: u32,
-    first_compacted: u32,
-}
 
 pub(crate) struct Cull {
     count: Compute,

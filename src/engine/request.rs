@@ -6,31 +6,15 @@ use super::buffers::{Buffers, arguments};
 use super::constants::ROOT_LEVEL;
 use super::sort::Sort;
 use crate::config::RequestRoute;
+use crate::gpu::structs::{RequestPush, RetryPush};
 use crate::gpu::{Binding, Compute, Gpu, spirv};
 use crate::host::Receivers;
 use crate::{Config, Error};
 use ash::vk;
-use bytemuck::{Pod, Zeroable};
 use std::sync::Arc;
 
 /// Levels by which the attempts coarsen all requests.
 pub(crate) const SHIFTS: [u32; 3] = [0, 2, ROOT_LEVEL as u32];
-
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct Push {
-    attempt: u32,
-    shift: u32,
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct RetryPush {
-    attempt: u32,
-    shift: u32,
-    groups: [u32; 2],
-    argument: u32,
-}
 
 pub(crate) struct Request {
     request: Compute,
@@ -73,7 +57,7 @@ impl Request {
                 spirv!("engine/request.comp"),
                 &bindings,
                 &constants,
-                size_of::<Push>(),
+                size_of::<RequestPush>(),
             )?,
             retry: Compute::new(
                 gpu,
@@ -89,7 +73,7 @@ impl Request {
 
     /// Attempt 0 runs always.
     pub(crate) fn record_first(&self, cmd: vk::CommandBuffer) {
-        self.request.dispatch(cmd, &Push { attempt: 0, shift: SHIFTS[0] }, [self.groups[0], self.groups[1], 1]);
+        self.request.dispatch(cmd, &RequestPush { attempt: 0, shift: SHIFTS[0] }, [self.groups[0], self.groups[1], 1]);
     }
 
     /// Decides on the GPU whether attempt `next` must run; 3 follows the last and only takes stock.
@@ -97,7 +81,8 @@ impl Request {
         let push = RetryPush {
             attempt: next as u32 - 1,
             shift: SHIFTS[next.min(2)],
-            groups: self.groups,
+            groups_x: self.groups[0],
+            groups_y: self.groups[1],
             argument: arguments::RETRY[next - 1],
         };
         self.retry.dispatch(cmd, &push, [16, 1, 1]);
@@ -105,7 +90,7 @@ impl Request {
 
     /// Attempt `next`; an empty dispatch when the one before sufficed.
     pub(crate) fn record_retry(&self, cmd: vk::CommandBuffer, b: &Buffers, next: usize) {
-        let push = Push { attempt: next as u32, shift: SHIFTS[next] };
+        let push = RequestPush { attempt: next as u32, shift: SHIFTS[next] };
         self.request.dispatch_indirect(cmd, &push, &b.arguments, 4 * u64::from(arguments::RETRY[next - 1]));
     }
 }

@@ -3,23 +3,15 @@
 
 use super::buffers::{Buffers, arguments};
 use crate::Error;
+use crate::gpu::structs::PreparePush;
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Buffer, Compute, Gpu, spirv};
 use ash::vk;
-use bytemuck::{Pod, Zeroable};
 use std::sync::Arc;
 
 /// Entries a workgroup handles.
 pub(crate) const BLOCK: u32 = 512;
 const DIGITS: u32 = 8;
-
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct PreparePush {
-    capacity: u32,
-    pages: u32,
-    argument: u32,
-}
 
 /// What is sorted.
 #[derive(Clone, Copy, PartialEq, Eq)]

@@ -1,4 +1,5 @@
-//! Structs shared with GLSL; `tests/layout.rs` compares them with the committed SPIR-V.
+//! Structs shared with GLSL; `tests/layout.rs` compares them with the committed SPIR-V. Push constants of a single word
+//! have no struct.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -91,3 +92,62 @@ pub struct Caster {
 pub(crate) const PAIR_BYTES: u64 = 8;
 /// Bytes of a `VkDrawIndexedIndirectCommand`.
 pub(crate) const COMMAND_BYTES: u64 = 20;
+
+/// Push constants of `request`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct RequestPush {
+    pub attempt: u32,
+    pub shift: u32,
+}
+
+/// Push constants of `request_retry`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct RetryPush {
+    pub attempt: u32,
+    pub shift: u32,
+    pub groups_x: u32,
+    pub groups_y: u32,
+    pub argument: u32,
+}
+
+/// Push constants of `sort_prepare`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct PreparePush {
+    pub capacity: u32,
+    pub pages: u32,
+    pub argument: u32,
+}
+
+/// Push constants of `cull_count` and `cull_emit`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct CasterPush {
+    pub caster_count: u32,
+    pub first_masked: u32,
+}
+
+/// Push constants of `cull_triangles`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct TrianglePush {
+    pub masked: u32,
+    pub first_compacted: u32,
+}
+
+/// Where a conventional map lies; see `glsl/methods/fit.glsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct Fit {
+    pub row_u: [f32; 4],
+    pub row_v: [f32; 4],
+    pub texel: [f32; 4],
+}

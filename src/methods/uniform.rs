@@ -4,7 +4,7 @@
 use super::{FrameTimes, Method, MethodInfo, MethodSpec, Parameter, Statistics, hard_directional};
 use crate::engine::constants::{Grid, constants, light_axes};
 use crate::engine::gradient::Gradient;
-use crate::gpu::structs::Frame;
+use crate::gpu::structs::{Fit, Frame};
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{
     Binding, Buffer, Compute, Gpu, Graphics, GraphicsState, Image, ImageSpec, Memory, Shaders, Timer, spirv,
@@ -13,7 +13,7 @@ use crate::host::FrameInput;
 use crate::lab::{Lab, LabError};
 use crate::{Config, Cull};
 use ash::vk;
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Zeroable;
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
@@ -49,16 +49,6 @@ enum FitTo {
     Scene,
     Frustum,
     Samples,
-}
-
-/// Where the map lies; see `glsl/methods/fit.glsl`.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-#[allow(missing_docs)]
-pub struct Fit {
-    pub row_u: [f32; 4],
-    pub row_v: [f32; 4],
-    pub texel: [f32; 4],
 }
 
 struct Settings {
