@@ -6,7 +6,7 @@ use crate::Error;
 use crate::gpu::HostDevice;
 use crate::gpu::structs::Frame;
 use crate::gpu::sync::{self, Access};
-use crate::gpu::{Binding, Buffer, Gpu, Graphics, GraphicsState, Image, ImageSpec, Memory, Shaders, spirv};
+use crate::gpu::{Binding, Buffer, Gpu, Graphics, GraphicsState, Image, ImageSpec, Memory, Shaders, set_area, spirv};
 use crate::host::{FrameInput, Receivers, SceneBuffers};
 use ash::vk;
 use std::sync::Arc;
@@ -131,19 +131,10 @@ impl DepthPrepass {
             .layer_count(1)
             .color_attachments(&colors)
             .depth_attachment(&depth);
-        let viewport = vk::Viewport {
-            x: 0.0,
-            y: 0.0,
-            width: area.extent.width as f32,
-            height: area.extent.height as f32,
-            min_depth: 0.0,
-            max_depth: 1.0,
-        };
         // SAFETY: the command buffer is recording; buffers and images outlive the submission
         unsafe {
             device.cmd_begin_rendering(cmd, &info);
-            device.cmd_set_viewport(cmd, 0, &[viewport]);
-            device.cmd_set_scissor(cmd, 0, &[area]);
+            set_area(device, cmd, area);
             device.cmd_bind_index_buffer(cmd, self.scene.indices, 0, vk::IndexType::UINT32);
             device.cmd_bind_vertex_buffers(cmd, 0, &[self.scene.positions, self.scene.attributes], &[0, 0]);
             for (pipeline, alpha_tested) in [(&self.opaque, false), (&self.masked, true)] {

@@ -4,7 +4,7 @@
 
 use super::buffers::{Buffers, arguments};
 use crate::gpu::structs::COMMAND_BYTES;
-use crate::gpu::{Binding, Gpu, Graphics, GraphicsState, Shaders, spirv};
+use crate::gpu::{Binding, Gpu, Graphics, GraphicsState, Shaders, set_area, spirv};
 use crate::host::SceneBuffers;
 use crate::{Config, Cull, Error};
 use ash::vk;
@@ -33,13 +33,7 @@ impl Tiles {
             Binding::External(scene.materials),
             Binding::External(scene.texels),
         ];
-        let state = |attributes| GraphicsState {
-            positions: true,
-            attributes,
-            colors: &[],
-            depth_compare: vk::CompareOp::LESS_OR_EQUAL,
-            cull: vk::CullModeFlags::NONE,
-        };
+        let state = GraphicsState::casters;
         let clear = GraphicsState { positions: false, depth_compare: vk::CompareOp::ALWAYS, ..state(false) };
         Ok(Self {
             clear: Graphics::new(
@@ -84,19 +78,10 @@ impl Tiles {
         let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: b.atlas.extent };
         let info =
             vk::RenderingInfo::default().render_area(area).layer_count(b.atlas.layers).depth_attachment(&attachment);
-        let viewport = vk::Viewport {
-            x: 0.0,
-            y: 0.0,
-            width: area.extent.width as f32,
-            height: area.extent.height as f32,
-            min_depth: 0.0,
-            max_depth: 1.0,
-        };
         // SAFETY: the command buffer is recording; buffers and images outlive the submission
         unsafe {
             device.cmd_begin_rendering(cmd, &info);
-            device.cmd_set_viewport(cmd, 0, &[viewport]);
-            device.cmd_set_scissor(cmd, 0, &[area]);
+            set_area(device, cmd, area);
             self.clear.bind(cmd);
             device.cmd_draw_indirect(cmd, b.arguments.raw, 4 * u64::from(arguments::CLEAR), 1, 0);
             device.cmd_bind_index_buffer(cmd, self.scene.indices, 0, vk::IndexType::UINT32);

@@ -244,6 +244,30 @@ pub(crate) struct GraphicsState<'a> {
     pub(crate) cull: vk::CullModeFlags,
 }
 
+impl GraphicsState<'static> {
+    /// Casters into a depth image, nearest first; with attributes where fragments are tested.
+    pub(crate) const fn casters(attributes: bool) -> Self {
+        Self {
+            positions: true,
+            attributes,
+            colors: &[],
+            depth_compare: vk::CompareOp::LESS_OR_EQUAL,
+            cull: vk::CullModeFlags::NONE,
+        }
+    }
+}
+
+/// Sets viewport and scissor to the whole of an attachment.
+pub(crate) fn set_area(device: &ash::Device, cmd: vk::CommandBuffer, area: vk::Rect2D) {
+    let (width, height) = (area.extent.width as f32, area.extent.height as f32);
+    let viewport = vk::Viewport { x: 0.0, y: 0.0, width, height, min_depth: 0.0, max_depth: 1.0 };
+    // SAFETY: the command buffer is recording
+    unsafe {
+        device.cmd_set_viewport(cmd, 0, &[viewport]);
+        device.cmd_set_scissor(cmd, 0, &[area]);
+    }
+}
+
 /// A graphics pipeline for dynamic rendering with a D32 depth attachment.
 pub(crate) struct Graphics {
     pipeline: vk::Pipeline,

@@ -7,7 +7,7 @@ use crate::engine::gradient::Gradient;
 use crate::gpu::structs::{Fit, Frame};
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{
-    Binding, Buffer, Compute, Gpu, Graphics, GraphicsState, Image, ImageSpec, Memory, Shaders, Timer, spirv,
+    Binding, Buffer, Compute, Gpu, Graphics, GraphicsState, Image, ImageSpec, Memory, Shaders, Timer, set_area, spirv,
 };
 use crate::host::FrameInput;
 use crate::lab::{Lab, LabError};
@@ -133,13 +133,7 @@ impl Uniform {
             Binding::External(scene.materials),
             Binding::External(scene.texels),
         ];
-        let state = |attributes| GraphicsState {
-            positions: true,
-            attributes,
-            colors: &[],
-            depth_compare: vk::CompareOp::LESS_OR_EQUAL,
-            cull: vk::CullModeFlags::NONE,
-        };
+        let state = GraphicsState::casters;
         let lookup =
             [samples[0], samples[1], samples[2], draw[1], Binding::Sampled(&map), Binding::StorageImage(&visibility)];
         Ok(Self {
@@ -264,13 +258,10 @@ impl Uniform {
             .clear_value(vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 1.0, stencil: 0 } });
         let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width: side, height: side } };
         let info = vk::RenderingInfo::default().render_area(area).layer_count(1).depth_attachment(&attachment);
-        let viewport =
-            vk::Viewport { x: 0.0, y: 0.0, width: side as f32, height: side as f32, min_depth: 0.0, max_depth: 1.0 };
         // SAFETY: the command buffer is recording; buffers and images outlive the submission
         unsafe {
             device.cmd_begin_rendering(cmd, &info);
-            device.cmd_set_viewport(cmd, 0, &[viewport]);
-            device.cmd_set_scissor(cmd, 0, &[area]);
+            set_area(device, cmd, area);
             device.cmd_bind_index_buffer(cmd, scene.indices, 0, vk::IndexType::UINT32);
             device.cmd_bind_vertex_buffers(cmd, 0, &[scene.positions, scene.attributes], &[0, 0]);
             for (pipeline, alpha_tested) in [(&self.opaque, false), (&self.masked, true)] {
