@@ -2,12 +2,25 @@
 // Needs `frame`, `table_keys`, `entries`, `atlas` (sampler2DArray) and the constants TABLE_SIZE and GUTTER.
 
 // The entry that serves a level-0 page at a level: its own, or that of the nearest ancestor in the table; 0 if none.
+// One loop over probes and levels: nearly every pixel leaves it at the first probe.
 uint umbrage_entry(ivec2 page, int level) {
-    for (; level <= ROOT_LEVEL; level++) {
-        uint slot = table_find(key_of(level, uvec2(page) >> level));
-        // an entry is 0 where the table overflowed
-        if (slot != NONE && entries[slot] != 0u) {
-            return entries[slot];
+    uint key = key_of(level, uvec2(page) >> level);
+    uint slot = table_slot(key);
+    for (uint probes = 0u; probes < TABLE_SIZE; probes++) {
+        uint stored = table_keys[slot];
+        uint entry = stored == key ? entries[slot] : 0u;
+        if (entry != 0u) {
+            return entry;
+        }
+        // the key is not there, or the table overflowed and left it without an entry: ask the parent
+        if (stored == 0u || stored == key) {
+            if (key_level(key) == ROOT_LEVEL) {
+                break;
+            }
+            key = key_ancestor(key, 1);
+            slot = table_slot(key);
+        } else {
+            slot = (slot + 1u) & (TABLE_SIZE - 1u);
         }
     }
     return 0u;
@@ -44,15 +57,11 @@ float umbrage_visibility(vec3 from_eye, vec3 n, vec3 dx, vec3 dy) {
     float depth = frame.light_z.w + dot(frame.light_z.xyz, from_eye) - bias;
     vec2 low = floor(texel - 0.5);
     vec2 f = texel - 0.5 - low;
-    ivec3 at = ivec3(low, entry & 0xffffu);
     float first = depth - dot(slope, f);
     vec4 plane = vec4(first, first + slope.x, first + slope.y, first + slope.x + slope.y) * frame.page.z;
-    vec4 casters = vec4(
-        texelFetch(atlas, at, 0).r,
-        texelFetch(atlas, at + ivec3(1, 0, 0), 0).r,
-        texelFetch(atlas, at + ivec3(0, 1, 0), 0).r,
-        texelFetch(atlas, at + ivec3(1, 1, 0), 0).r
-    );
+    // the gather of a nearest sampler: its four texels meet at the coordinate given
+    vec2 meet = (low + 1.0) / vec2(textureSize(atlas, 0).xy);
+    vec4 casters = textureGather(atlas, vec3(meet, float(entry & 0xffffu)), 0).wzxy;
     vec4 lit = vec4(lessThanEqual(plane, casters));
     return dot(lit, vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y)) >= 0.5 ? 1.0 : 0.0;
 }
