@@ -53,7 +53,8 @@ pub struct Config {
     pub route: RequestRoute,
     /// Most distinct pages that pixels may ask for; beyond it all requests are coarsened. A power of two, 1024 to 65536.
     pub request_capacity: u32,
-    /// Most (cluster, page) pairs drawn in a frame; beyond it coarser pages serve.
+    /// Most (cluster, page) pairs drawn in a frame; beyond it coarser pages serve. Raised to four times the number of
+    /// casters where that is more, so that the root pages can always be drawn. 28 bytes a pair, twice.
     pub pair_capacity: u32,
     /// Room for the indices of culled clusters; beyond it whole clusters are drawn.
     pub index_capacity: u32,

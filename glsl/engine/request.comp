@@ -62,6 +62,10 @@ uint request_key(uvec2 pixel) {
 
 void emit(uint key, uint count) {
     if (FLAGS) {
+        // this attempt has failed already: what it would still insert is wiped anyway
+        if (counters.requests[attempt] > CAPACITY) {
+            return;
+        }
         bool fresh;
         uint slot = table_insert(key, fresh);
         if (slot == NONE) {

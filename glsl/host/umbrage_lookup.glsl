@@ -6,19 +6,21 @@
 uint umbrage_entry(ivec2 page, int level) {
     uint key = key_of(level, uvec2(page) >> level);
     uint slot = table_slot(key);
-    for (uint probes = 0u; probes < TABLE_SIZE; probes++) {
+    uint probes = 0u;
+    while (true) {
         uint stored = table_keys[slot];
         uint entry = stored == key ? entries[slot] : 0u;
         if (entry != 0u) {
             return entry;
         }
         // the key is not there, or the table overflowed and left it without an entry: ask the parent
-        if (stored == 0u || stored == key) {
+        if (stored == 0u || stored == key || ++probes == MAX_PROBES) {
             if (key_level(key) == ROOT_LEVEL) {
                 break;
             }
             key = key_ancestor(key, 1);
             slot = table_slot(key);
+            probes = 0u;
         } else {
             slot = (slot + 1u) & (TABLE_SIZE - 1u);
         }

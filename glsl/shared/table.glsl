@@ -1,6 +1,8 @@
 // The page table: an open-addressing hash table of page keys. Needs `table_keys` (uint array, 0 = empty) and TABLE_SIZE.
 
 const uint NONE = 0xffffffffu;
+// A probe longer than this means that the table is as good as full: at half load such runs do not occur.
+const uint MAX_PROBES = 256u;
 
 uint table_slot(uint key) {
     key ^= key >> 16;
@@ -13,7 +15,7 @@ uint table_slot(uint key) {
 
 uint table_find(uint key) {
     uint slot = table_slot(key);
-    for (uint i = 0u; i < TABLE_SIZE; i++) {
+    for (uint i = 0u; i < MAX_PROBES; i++) {
         uint stored = table_keys[slot];
         if (stored == key) {
             return slot;

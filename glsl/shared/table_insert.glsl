@@ -1,10 +1,10 @@
 // Insertion into the page table; include after table.glsl with a writable `table_keys`.
 
-// The slot of the key, or NONE when the table is full. `fresh` tells whether this call put it there.
+// The slot of the key, or NONE when the table is as good as full. `fresh` tells whether this call put it there.
 uint table_insert(uint key, out bool fresh) {
     uint slot = table_slot(key);
     fresh = false;
-    for (uint i = 0u; i < TABLE_SIZE; i++) {
+    for (uint i = 0u; i < MAX_PROBES; i++) {
         uint stored = table_keys[slot];
         if (stored == 0u) {
             stored = atomicCompSwap(table_keys[slot], 0u, key);

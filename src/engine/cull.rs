@@ -1,7 +1,7 @@
 //! Which cluster is drawn into which page, and which of its triangles.
 //! Reads: nodes, pages, casters. Writes: pairs page by page, draw commands, compacted indices, admission of pages.
-//! At capacity of pairs: coarse pages are admitted first, the rest is refused before anything is drawn into it. At
-//! capacity of indices: whole clusters are drawn.
+//! At capacity of pairs: the roots and the pages with the most pixels per pair are admitted, the rest is refused before
+//! anything is drawn into it. At capacity of indices: whole clusters are drawn.
 
 use super::buffers::{Buffers, arguments};
 use crate::gpu::structs::{CasterPush, TrianglePush};
@@ -47,7 +47,7 @@ impl Cull {
                 gpu,
                 "cull_admit",
                 spirv!("engine/cull_admit.comp"),
-                &[counters, pages, counts, Binding::Storage(&b.arguments)],
+                &[counters, pages, counts, Binding::Storage(&b.arguments), nodes],
                 &[config.pair_capacity, DISPATCH_X],
                 4,
             )?,

@@ -69,6 +69,9 @@ impl Engine {
         receivers: &Receivers,
     ) -> Result<Self, Error> {
         config.check(gpu.limits.max_image_array_layers.min(gpu.limits.max_framebuffer_layers))?;
+        // a caster lies on at most all four roots, which must always be drawn
+        let pair_capacity = config.pair_capacity.max(scene.caster_count.saturating_mul(4));
+        let config = &Config { pair_capacity, ..config.clone() };
         let b = Buffers::new(gpu, config)?;
         let page_sort = sort::Sort::new(gpu, &b.counters, &b.arguments, sort::Sorted::Pages, config.page_capacity())?;
         let sort = match config.route {

@@ -137,6 +137,13 @@ pub fn create(spec: &MethodSpec, lab: &Lab) -> Result<Box<dyn Method>, LabError>
 
 /// Hard-shadow methods serve one directional light without extent.
 fn hard_directional(spec: &MethodSpec, lab: &Lab) -> Result<(), LabError> {
+    if lab.view().lights.len() > 1 {
+        return Err(LabError::Refused(format!(
+            "method '{}' serves one light and the view has {}",
+            spec.name,
+            lab.view().lights.len()
+        )));
+    }
     match &lab.view().lights[0] {
         light if light.has_extent() => Err(LabError::Refused(format!(
             "method '{}' makes hard shadows and the light has an extent; allowed is a directional light with angular_diameter_deg 0",

@@ -8,10 +8,15 @@ use crate::engine::Engine;
 use crate::engine::constants::{Grid, ROOT_LEVEL};
 use crate::gpu::sync::Access;
 use crate::lab::{Lab, LabError};
-use crate::{Config, LevelRule, RequestRoute};
+use crate::{Config, Error, LevelRule, RequestRoute};
 
 const PARAMETERS: &[Parameter] = &[
-    Parameter { key: "atlas_mib", default: "64", allowed: "1 to 1024", meaning: "device memory of the atlas in MiB" },
+    Parameter {
+        key: "atlas_mib",
+        default: "64",
+        allowed: "1 to 1024, 8 to 2048 pages",
+        meaning: "device memory of the atlas in MiB",
+    },
     Parameter {
         key: "bias",
         default: "-3",
@@ -86,7 +91,18 @@ impl Rmsm {
         if lab.device_is_cpu() {
             config.cull_group = 16;
         }
-        Ok(Self { engine: Engine::on(lab.gpu(), &config, lab.scene_buffers(), &lab.prepass().receivers())? })
+        let engine = Engine::on(lab.gpu(), &config, lab.scene_buffers(), &lab.prepass().receivers());
+        Ok(Self { engine: engine.map_err(|error| as_typed(error, spec))? })
+    }
+}
+
+/// The atlas' size in the words of the command line.
+fn as_typed(error: Error, spec: &MethodSpec) -> LabError {
+    match error {
+        Error::Limit { field: "atlas_bytes", given, limit } => LabError::Usage(format!(
+            "keys 'atlas_mib' and 'page' of '{spec}' make an atlas of {given} bytes, this device allows {limit}"
+        )),
+        other => other.into(),
     }
 }
 

@@ -38,6 +38,11 @@ fn check(lab: &Bench, route: RequestRoute, capacity: u32, frame: &Frame, inputs:
                 asked = 8 * capacity;
             }
             let near = 2 * want.near.len() as u32;
+            // the flags route stops inserting once it knows that the attempt failed
+            if route == RequestRoute::Flags && asked > capacity + near {
+                assert!(counted > capacity, "{case}: attempt {i} counted {counted}, not over {capacity}");
+                continue;
+            }
             assert!(counted.abs_diff(asked) <= near, "{case}: attempt {i} counted {counted}, not {asked}");
         }
         assert_eq!(c.failed, 0, "{case}: failures of attempts that were given up do not count");
