@@ -9,7 +9,8 @@ layout(local_size_x = 256) in;
 layout(constant_id = 0) const uint TABLE_SIZE = 1024u;
 layout(constant_id = 1) const uint CAPACITY = 1024u;
 layout(constant_id = 2) const int SHIFT_1 = 2;
-layout(constant_id = 3) const int SHIFT_2 = 13;
+layout(constant_id = 3) const int SHIFT_2 = 5;
+layout(constant_id = 4) const int SHIFT_3 = 13;
 layout(std430, binding = 0) buffer CountersBlock { Counters counters; };
 layout(std430, binding = 1) readonly buffer Unique { uint unique_keys[]; };
 layout(std430, binding = 2) readonly buffer UniqueCounts { uint unique_counts[]; };
@@ -21,7 +22,7 @@ layout(std430, binding = 5) writeonly buffer NodeList { uint node_list[]; };
 #include "shared/table_insert.glsl"
 
 void main() {
-    int shift = counters.unique[0] <= CAPACITY ? 0 : counters.unique[1] <= CAPACITY ? SHIFT_1 : SHIFT_2;
+    int shift = counters.unique[0] <= CAPACITY ? 0 : counters.unique[1] <= CAPACITY ? SHIFT_1 : counters.unique[2] <= CAPACITY ? SHIFT_2 : SHIFT_3;
     uint id = gl_GlobalInvocationID.x;
     if (id == 0u && shift > 0) {
         atomicAdd(counters.shift, uint(shift));

@@ -9,16 +9,17 @@
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint BLOCK = 512u;
 layout(constant_id = 1) const int SHIFT_1 = 2;
-layout(constant_id = 2) const int SHIFT_2 = 13;
+layout(constant_id = 2) const int SHIFT_2 = 5;
+layout(constant_id = 3) const int SHIFT_3 = 13;
 layout(std430, binding = 0) buffer CountersBlock { Counters counters; };
 layout(std430, binding = 1) readonly buffer Keys { uint keys[]; };
 layout(std430, binding = 2) writeonly buffer Heads { uint heads[]; };
 
-shared uint sums[3];
+shared uint sums[4];
 
 void main() {
     uint local = gl_LocalInvocationIndex;
-    if (local < 3u) {
+    if (local < 4u) {
         sums[local] = 0u;
     }
     barrier();
@@ -34,13 +35,16 @@ void main() {
             if (i == 0u || key_ancestor(key, SHIFT_2) != key_ancestor(before, SHIFT_2)) {
                 atomicAdd(sums[2], 1u);
             }
+            if (i == 0u || key_ancestor(key, SHIFT_3) != key_ancestor(before, SHIFT_3)) {
+                atomicAdd(sums[3], 1u);
+            }
         }
     }
     barrier();
     if (local == 0u) {
         heads[gl_WorkGroupID.x] = sums[0];
     }
-    if (local < 3u) {
+    if (local < 4u) {
         atomicAdd(counters.unique[local], sums[local]);
     }
 }

@@ -17,7 +17,12 @@ void main() {
     uint count = counters.pages;
     if (pages == 0u) {
         // an attempt that never ran has counted nothing
-        count = counters.requests[2] > 0u ? counters.requests[2] : counters.requests[1] > 0u ? counters.requests[1] : counters.requests[0];
+        count = counters.requests[0];
+        for (uint attempt = 1u; attempt < 4u; attempt++) {
+            if (counters.requests[attempt] > 0u) {
+                count = counters.requests[attempt];
+            }
+        }
     }
     count = min(count, capacity);
     counters.sorted = count;

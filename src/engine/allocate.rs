@@ -52,7 +52,7 @@ impl Allocate {
         let page = Binding::Storage(&b.pages);
         let insert = compact.map(|c| {
             let bindings = [counters, Binding::Storage(&c.keys), Binding::Storage(&c.counts), keys, node, list];
-            let constants = [table, config.request_capacity, SHIFTS[1], SHIFTS[2]];
+            let constants = [table, config.request_capacity, SHIFTS[1], SHIFTS[2], SHIFTS[3]];
             Compute::new(gpu, "allocate_insert", spirv!("engine/allocate_insert.comp"), &bindings, &constants, 0)
         });
         Ok(Self {

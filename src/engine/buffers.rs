@@ -8,12 +8,12 @@ use std::sync::Arc;
 
 /// Words of the indirect arguments, in order.
 pub(crate) mod arguments {
-    /// Dispatch of request attempts 1 and 2; the third is never used.
-    pub(crate) const RETRY: [u32; 3] = [0, 3, 6];
+    /// Dispatch of request attempts 1 to 3; the fourth is never used.
+    pub(crate) const RETRY: [u32; 4] = [0, 3, 6, 9];
     /// Dispatch over the blocks of the sort in progress.
-    pub(crate) const SORT: u32 = 9;
+    pub(crate) const SORT: u32 = 12;
     /// Draw that clears pages, then the triangle dispatches of opaque and masked pairs.
-    pub(crate) const CULL: u32 = 12;
+    pub(crate) const CULL: u32 = 15;
     pub(crate) const CLEAR: u32 = CULL;
     pub(crate) const TRIANGLES: [u32; 2] = [CULL + 4, CULL + 7];
     pub(crate) const WORDS: u32 = CULL + 10;

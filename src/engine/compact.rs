@@ -39,7 +39,7 @@ impl Compact {
                 "compact_count",
                 spirv!("engine/compact_count.comp"),
                 &count,
-                &[BLOCK, SHIFTS[1], SHIFTS[2]],
+                &[BLOCK, SHIFTS[1], SHIFTS[2], SHIFTS[3]],
                 0,
             )?,
             scan: Compute::new(gpu, "compact_scan", spirv!("engine/sort_scan.comp"), &[c, count[2]], &[BLOCK], 4)?,

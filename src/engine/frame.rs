@@ -60,14 +60,14 @@ impl Engine {
         stage("gradient");
 
         self.request.record_first(cmd);
-        for attempt in 1..=2 {
+        for attempt in 1..=3 {
             next();
             self.request.record_decision(cmd, attempt);
             sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite), (ComputeWrite, IndirectRead)]);
             self.request.record_retry(cmd, b, attempt);
         }
         next();
-        self.request.record_decision(cmd, 3);
+        self.request.record_decision(cmd, 4);
         next();
         stage("request");
 

@@ -14,7 +14,7 @@ use ash::vk;
 use std::sync::Arc;
 
 /// Levels by which the attempts coarsen all requests.
-pub(crate) const SHIFTS: [u32; 3] = [0, 2, ROOT_LEVEL as u32];
+pub(crate) const SHIFTS: [u32; 4] = [0, 2, 5, ROOT_LEVEL as u32];
 
 pub(crate) struct Request {
     request: Compute,
@@ -76,11 +76,11 @@ impl Request {
         self.request.dispatch(cmd, &RequestPush { attempt: 0, shift: SHIFTS[0] }, [self.groups[0], self.groups[1], 1]);
     }
 
-    /// Decides on the GPU whether attempt `next` must run; 3 follows the last and only takes stock.
+    /// Decides on the GPU whether attempt `next` must run; 4 follows the last and only takes stock.
     pub(crate) fn record_decision(&self, cmd: vk::CommandBuffer, next: usize) {
         let push = RetryPush {
             attempt: next as u32 - 1,
-            shift: SHIFTS[next.min(2)],
+            shift: SHIFTS[next.min(3)],
             groups_x: self.groups[0],
             groups_y: self.groups[1],
             argument: arguments::RETRY[next - 1],
@@ -88,7 +88,7 @@ impl Request {
         self.retry.dispatch(cmd, &push, [16, 1, 1]);
     }
 
-    /// Attempt `next`; an empty dispatch when the one before sufficed.
+    /// Attempt `next`, 1 to 3; an empty dispatch when the one before sufficed.
     pub(crate) fn record_retry(&self, cmd: vk::CommandBuffer, b: &Buffers, next: usize) {
         let push = RequestPush { attempt: next as u32, shift: SHIFTS[next] };
         self.request.dispatch_indirect(cmd, &push, &b.arguments, 4 * u64::from(arguments::RETRY[next - 1]));

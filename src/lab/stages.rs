@@ -112,7 +112,7 @@ pub struct Compacted {
     /// Distinct keys and the sums of their values.
     pub entries: Vec<(u32, u32)>,
     /// Runs of equal keys for each coarsening.
-    pub runs: [u32; 3],
+    pub runs: [u32; 4],
 }
 
 impl SortStage {
@@ -159,8 +159,8 @@ impl SortStage {
             sync::barrier(&lab.gpu.device, cmd, &[(TransferWrite, IndirectRead)]);
             self.compact.record(cmd, &self.b);
         })?;
-        let [a, b, c, _] = read_counters(lab, &self.b)?.unique;
-        Ok(Compacted { entries: self.entries(lab, [&self.compact.keys, &self.compact.counts], a)?, runs: [a, b, c] })
+        let [a, b, c, d] = read_counters(lab, &self.b)?.unique;
+        Ok(Compacted { entries: self.entries(lab, [&self.compact.keys, &self.compact.counts], a)?, runs: [a, b, c, d] })
     }
 }
 
@@ -232,14 +232,14 @@ impl ScreenStage {
         lab.submit(|cmd| {
             let device = &lab.gpu.device;
             self.request.record_first(cmd);
-            for attempt in 1..=2 {
+            for attempt in 1..=3 {
                 sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite)]);
                 self.request.record_decision(cmd, attempt);
                 sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite), (ComputeWrite, IndirectRead)]);
                 self.request.record_retry(cmd, b, attempt);
             }
             sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite)]);
-            self.request.record_decision(cmd, 3);
+            self.request.record_decision(cmd, 4);
         })?;
         let counters = read_counters(lab, b)?;
         let entries: Vec<(u32, u32)> = if self.route == RequestRoute::Flags {
@@ -313,7 +313,7 @@ impl AllocateStage {
         lab: &Lab,
         frame: &Frame,
         requests: &[(u32, u32)],
-        runs: [u32; 3],
+        runs: [u32; 4],
         drawn: impl Fn(u32) -> bool,
     ) -> Result<Table> {
         let b = &self.b;
@@ -322,8 +322,7 @@ impl AllocateStage {
         write(lab, &b.frame, std::slice::from_ref(frame))?;
         write(lab, &self.compact.keys, &requests.iter().map(|r| r.0).collect::<Vec<_>>())?;
         write(lab, &self.compact.counts, &requests.iter().map(|r| r.1).collect::<Vec<_>>())?;
-        let [u0, u1, u2] = runs;
-        write(lab, &b.counters, &[Counters { unique: [u0, u1, u2, 0], ..Counters::zeroed() }])?;
+        write(lab, &b.counters, &[Counters { unique: runs, ..Counters::zeroed() }])?;
         lab.submit(|cmd| self.allocate.record(cmd, b, &self.page_sort))?;
         let mut pages = Table::read(lab, b)?.pages;
         for page in &mut pages {

@@ -73,12 +73,12 @@ fn rank(node: &Node, level: i32) -> (u32, u32) {
 /// `page_capacity` pages; `weight_bits` is [`crate::Config::weight_bits`]. `runs` are those of [`super::compact::Compacted`].
 pub fn allocate(
     requests: &BTreeMap<u32, u32>,
-    runs: [u32; 3],
+    runs: [u32; 4],
     request_capacity: u32,
     page_capacity: u32,
     weight_bits: u32,
 ) -> Allocation {
-    let fits = runs[..2].iter().position(|&r| r <= request_capacity).unwrap_or(2);
+    let fits = runs[..3].iter().position(|&r| r <= request_capacity).unwrap_or(3);
     let mut out = Allocation { shift: SHIFTS[fits], ..Allocation::default() };
     for root in 0..4 {
         out.nodes.insert(1 << 28 | root, Node::default());

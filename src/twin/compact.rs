@@ -11,7 +11,7 @@ pub struct Compacted {
     pub entries: Vec<(u32, u32)>,
     /// Runs of equal keys, as they are and with all keys coarsened by each of [`SHIFTS`]. A run is what neighbours in
     /// the list share; keys that reach the root level from several levels may make several runs of one page.
-    pub runs: [u32; 3],
+    pub runs: [u32; 4],
 }
 
 /// Sums up a sorted list.

@@ -14,6 +14,6 @@ pub mod sort;
 
 pub use crate::engine::constants::ROOT_LEVEL;
 /// Levels by which the attempts coarsen all requests.
-pub const SHIFTS: [u32; 3] = crate::engine::request::SHIFTS;
+pub const SHIFTS: [u32; 4] = crate::engine::request::SHIFTS;
 /// Entries that a workgroup of the sort handles.
 pub const BLOCK: u32 = crate::engine::sort::BLOCK;

@@ -249,7 +249,7 @@ mod fail {
 
     #[test]
     fn same_table_can_fail() {
-        let a = allocate(&[(key_of(11, [2, 3]), 9), (key_of(12, [1, 1]), 4)].into(), [2, 2, 2], 64, 8, 10);
+        let a = allocate(&[(key_of(11, [2, 3]), 9), (key_of(12, [1, 1]), 4)].into(), [2, 2, 2, 2], 64, 8, 10);
         let s = a.serve(|_| true, 0);
         let right = table(&a, &s);
         assert_eq!(same_table(&a, &s, &right), Ok(()));
