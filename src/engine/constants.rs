@@ -103,7 +103,7 @@ pub(crate) fn constants(config: &Config, scene: &SceneBuffers, input: &FrameInpu
         anchor_page: [grid.anchor[0] as i32, grid.anchor[1] as i32, 0, 0],
         page: [grid.page as f32, (1.0 / grid.page) as f32, (1.0 / range) as f32, grid.depth[0] as f32],
         rule: [
-            ((interior / grid.page).powi(2) * f64::from(config.level_bias).mul_add(2.0, 0.0).exp2()) as f32,
+            ((interior / grid.page).powi(2) * (2.0 * f64::from(config.level_bias)).exp2()) as f32,
             config.bias_texels,
             rounding as f32,
             interior as f32,
