@@ -37,6 +37,23 @@ pub struct SceneBuffers {
     pub bounds_max: [f64; 3],
 }
 
+/// How an instance casts; bits 0 and 1 of its `flags`.
+#[repr(u32)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CastPolicy {
+    /// In the cached layer while it stands still, in the layer drawn every frame while it changes.
+    Auto = 0,
+    /// Always in the cached layer: each change redraws the pages it touches.
+    Static = 1,
+    /// Always in the layer that is drawn every frame; its revision need not be kept.
+    Always = 2,
+    /// Casts no shadow.
+    Never = 3,
+}
+
+/// Bit of an instance's `flags`: its triangles are tested against alpha.
+pub const ALPHA_TESTED: u32 = 4;
+
 /// What the camera saw: images in `SHADER_READ_ONLY_OPTIMAL` when the engine's commands run.
 #[derive(Debug, Clone, Copy)]
 pub struct Receivers {

@@ -40,7 +40,7 @@ fn engine_structs_are_those_of_the_shaders() {
 fn scene_structs_are_those_of_the_shaders() {
     let all = committed("");
     assert_layout::<Cluster>(&all, "Cluster", fields!(Cluster, center first_index extent triangle_count));
-    assert_layout::<Instance>(&all, "Instance", fields!(Instance, rows material mesh pad));
+    assert_layout::<Instance>(&all, "Instance", fields!(Instance, rows material mesh revision flags));
     assert_layout::<Material>(
         &all,
         "Material",

@@ -47,7 +47,7 @@ fn check(scene: &Scene) {
         }
         assert_eq!(index, mesh.first_index + mesh.index_count);
         for placed in &scene.instances[instance as usize..][..mesh.instance_count as usize] {
-            assert_eq!((placed.mesh, placed.material, placed.pad), (number as u32, mesh.material, [0; 2]));
+            assert_eq!((placed.mesh, placed.material, placed.revision), (number as u32, mesh.material, 0));
         }
         let material = &scene.materials[mesh.material as usize];
         assert!(material.alpha_cutoff > 0.0 || !mesh.alpha_tested);

@@ -65,7 +65,8 @@ struct Instance {
     vec4 rows[3];   // world relative to the scene's origin from mesh space
     uint material;
     uint mesh;
-    uint pad[2];
+    uint revision;  // any change: moved, deformed, other alpha
+    uint flags;     // bits 0-1: policy (0 auto, 1 static, 2 always, 3 never casts), bit 2: alpha tested
 };
 
 struct Material {

@@ -1,6 +1,7 @@
 //! Parts in double precision in, a [`Scene`] around its own centre out.
 
 use super::{Attributes, Cluster, Instance, Material, Mesh, Scene, clusters};
+use crate::host::{ALPHA_TESTED, CastPolicy};
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
@@ -184,7 +185,9 @@ fn append(scene: &mut Scene, part: &Part, finished: Finished) {
     scene.attributes.extend(finished.attributes);
     scene.indices.extend(finished.triangles.iter().flatten().map(|i| base + i));
     scene.clusters.extend(finished.clusters.iter().map(|c| Cluster { first_index: first_index + c.first_index, ..*c }));
-    let place = |m: &DAffine3| Instance { rows: rows(m, origin), material: part.material, mesh, pad: [0; 2] };
+    let policy = if part.casts { CastPolicy::Auto } else { CastPolicy::Never };
+    let flags = policy as u32 | u32::from(part.alpha_tested) * ALPHA_TESTED;
+    let place = |m: &DAffine3| Instance { rows: rows(m, origin), material: part.material, mesh, revision: 0, flags };
     scene.instances.extend(instances.iter().map(place));
 }
 

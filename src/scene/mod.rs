@@ -79,8 +79,10 @@ pub struct Instance {
     pub material: u32,
     /// Entry in [`Scene::meshes`].
     pub mesh: u32,
-    /// Zero.
-    pub pad: [u32; 2],
+    /// Any change of this number tells the engine that the instance moved or deformed or that its alpha changed.
+    pub revision: u32,
+    /// How the instance casts, see [`crate::host::CastPolicy`]; bit 2: its mesh is alpha tested.
+    pub flags: u32,
 }
 
 /// Base colour and alpha of a surface.

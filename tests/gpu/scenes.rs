@@ -2,6 +2,7 @@
 
 use crate::bench::{Lcg, view};
 use glam::{DVec3, Vec3};
+use umbrage::host::ALPHA_TESTED;
 use umbrage::lab::View;
 use umbrage::scene::{Attributes, CLUSTER_TRIANGLES, Cluster, Instance, Material, Mesh, NO_TEXTURE, Scene, builtin};
 
@@ -87,7 +88,13 @@ impl Builder {
             let triangle_count = chunk.len() as u32 / 3;
             scene.clusters.push(Cluster { center: center.to_array(), first_index, extent, triangle_count });
         }
-        scene.instances.push(Instance { rows: IDENTITY, material: mesh, mesh, pad: [0; 2] });
+        scene.instances.push(Instance {
+            rows: IDENTITY,
+            material: mesh,
+            mesh,
+            revision: 0,
+            flags: u32::from(material.alpha_cutoff > 0.0) * ALPHA_TESTED,
+        });
         scene.meshes.push(Mesh {
             first_index,
             index_count: own.len() as u32,
