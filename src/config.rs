@@ -20,6 +20,17 @@ pub enum RequestRoute {
     Flags,
 }
 
+/// Which pages give way when the atlas does not hold all that are asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pressure {
+    /// Those whose samples gain least per page, counting how far each is from its wish (Fernando 2002, section 2.4).
+    Demand = 0,
+    /// Those that the fewest samples ask for, however far from their wish (FVSM's histogram, Giegl and Wimmer 2007).
+    Histogram = 1,
+    /// Those of the finest levels everywhere: a bias for the whole image.
+    Level = 2,
+}
+
 /// Sides of casters that are left out of the shadow map, by the winding of their triangles (counter-clockwise is front).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Cull {
@@ -30,6 +41,9 @@ pub enum Cull {
     /// Sides turned to the light do not cast.
     Front = 2,
 }
+
+/// Bytes of the page table for each distinct page asked for: eight slots of key, entry and node.
+const REQUEST_BYTES: u64 = 8 * (4 + 4 + size_of::<crate::gpu::structs::Node>() as u64);
 
 /// Plain data; every field is checked when the engine is made.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,11 +65,29 @@ pub struct Config {
     pub level_rule: LevelRule,
     /// The route from pixels to the list of pages. Both give the same pages.
     pub route: RequestRoute,
-    /// Most distinct pages that pixels may ask for; beyond it all requests are coarsened. A power of two, 1024 to 65536.
-    pub request_capacity: u32,
-    /// Most (cluster, page) pairs drawn in a frame; beyond it coarser pages serve. Raised to four times the number of
-    /// casters where that is more, so that the root pages can always be drawn. 28 bytes a pair, twice.
+    /// Which pages give way when the atlas is full.
+    pub pressure: Pressure,
+    /// Device memory for the page table, in bytes: 480 for each distinct page that pixels may ask for, of which a power
+    /// of two from 1024 to 65536 is allowed; beyond them all requests are coarsened.
+    pub page_table_bytes: u64,
+    /// Most layers of the atlas drawn in a frame, 16 to 4096. A page that moving casters touch has two layers. What is put
+    /// off is served by coarser pages meanwhile.
+    pub pages_per_frame: u32,
+    /// Most (cluster, page) pairs drawn in a frame, 1024 to 1048576; beyond it coarser pages serve. At least four times the
+    /// number of casters, so that the root pages can always be drawn. 32 bytes a pair, twice.
     pub pair_capacity: u32,
+    /// What drawing a page costs beside its pairs, as a number of pairs: the constant part of the cost by which pages are
+    /// served. 0 to 1024.
+    pub page_cost: u32,
+    /// Frames without a change after which a caster of policy [`crate::host::CastPolicy::Auto`] is cached again; 1 to 10000.
+    pub still_frames: u32,
+    /// Texels of the page that serves by which cached shadows may be off while the light turns; 0 to 16. At 0 every turn of
+    /// the light draws all pages anew.
+    pub drift_texels: f32,
+    /// Whether pages are kept from frame to frame. Without it every frame draws what it needs, without a limit of pages.
+    pub cache: bool,
+    /// GPU time in milliseconds towards which [`crate::Engine::steer`] steers pages per frame and level bias; 0: none.
+    pub target_ms: f32,
     /// Room for the indices of culled clusters; beyond it whole clusters are drawn.
     pub index_capacity: u32,
     /// Threads that cull the triangles of one (cluster, page) pair: a power of two, 8 to 128. On GPUs 64; a CPU driver
@@ -78,8 +110,15 @@ impl Config {
             cull: Cull::None,
             level_rule: LevelRule::MinLength,
             route: RequestRoute::Flags,
-            request_capacity: 16384,
+            pressure: Pressure::Demand,
+            page_table_bytes: 16384 * REQUEST_BYTES,
+            pages_per_frame: 256,
             pair_capacity: 131_072,
+            page_cost: 16,
+            still_frames: 16,
+            drift_texels: 0.5,
+            cache: true,
+            target_ms: 0.0,
             index_capacity: 6 << 20,
             cull_group: 64,
             bias_texels: 1.0,
@@ -91,10 +130,16 @@ impl Config {
         (self.atlas_bytes / (4 * u64::from(self.page_texels).pow(2))).min(u64::from(u32::MAX)) as u32
     }
 
+    /// Distinct pages that pixels may ask for: what the page table's memory allows.
+    pub fn request_capacity(&self) -> u32 {
+        let fitting = (self.page_table_bytes / REQUEST_BYTES).clamp(1, 1 << 20);
+        1 << fitting.ilog2()
+    }
+
     /// Entries of the page table. Requests and their ancestors fill a fifth of it in ordinary views; requests so sparse that
     /// they fill it (none shares an ancestor below level 6) are served by coarser pages and counted.
     pub(crate) fn table_size(&self) -> u32 {
-        8 * self.request_capacity
+        8 * self.request_capacity()
     }
 
     /// Nodes of the quadtree that are listed: as many as the table holds.
@@ -105,6 +150,9 @@ impl Config {
     /// A pixel that is d levels short of its wish weighs 2^d, d at most this, so that the weights of all pixels fit 31 bits.
     #[doc(hidden)]
     pub fn weight_bits(&self) -> u32 {
+        if self.pressure == Pressure::Histogram {
+            return 0;
+        }
         (30 - (u64::from(self.size[0]) * u64::from(self.size[1])).max(1).ilog2()).min(10)
     }
 
@@ -125,12 +173,12 @@ impl Config {
         limit((1..=8).contains(&self.gutter), "gutter", self.gutter, "1 to 8 texels".into())?;
         let page_bytes = 4 * u64::from(texels).pow(2);
         limit(
-            (8..=u64::from(max_layers)).contains(&(self.atlas_bytes / page_bytes)),
+            (16..=u64::from(max_layers)).contains(&(self.atlas_bytes / page_bytes)),
             "atlas_bytes",
             self.atlas_bytes,
             format!(
-                "{} to {} bytes (8 to {max_layers} pages of {texels}x{texels} texels)",
-                8 * page_bytes,
+                "{} to {} bytes (16 to {max_layers} pages of {texels}x{texels} texels)",
+                16 * page_bytes,
                 u64::from(max_layers) * page_bytes
             ),
         )?;
@@ -143,13 +191,22 @@ impl Config {
             group,
             "a power of two from 8 to 128".into(),
         )?;
-        let requests = self.request_capacity;
         limit(
-            requests.is_power_of_two() && (1024..=65536).contains(&requests),
-            "request_capacity",
-            requests,
-            "a power of two from 1024 to 65536".into(),
+            (1024..=65536).contains(&(self.page_table_bytes / REQUEST_BYTES)),
+            "page_table_bytes",
+            self.page_table_bytes,
+            format!("{} to {} bytes", 1024 * REQUEST_BYTES, 65536 * REQUEST_BYTES),
         )?;
+        limit(
+            (16..=4096).contains(&self.pages_per_frame),
+            "pages_per_frame",
+            self.pages_per_frame,
+            "16 to 4096".into(),
+        )?;
+        limit(self.page_cost <= 1024, "page_cost", self.page_cost, "0 to 1024 pairs".into())?;
+        limit((1..=10_000).contains(&self.still_frames), "still_frames", self.still_frames, "1 to 10000".into())?;
+        limit((0.0..=1e6).contains(&self.target_ms), "target_ms", self.target_ms, "0 to 1000000".into())?;
+        limit((0.0..=16.0).contains(&self.drift_texels), "drift_texels", self.drift_texels, "0 to 16".into())?;
         limit(
             (1024..=1 << 20).contains(&self.pair_capacity),
             "pair_capacity",

@@ -2,7 +2,8 @@
 
 use ash::vk;
 
-/// What the engine draws: buffers that the host fills and keeps alive and unchanged while frames run.
+/// What the engine draws: buffers that the host fills, keeps alive, and changes only between frames. Positions may change
+/// with the bounds of their clusters and meshes and the revisions of their instances.
 /// All need `STORAGE_BUFFER` usage; `positions` and `attributes` also `VERTEX_BUFFER`, `indices` also `INDEX_BUFFER`.
 #[derive(Debug, Clone, Copy)]
 pub struct SceneBuffers {
@@ -19,19 +20,21 @@ pub struct SceneBuffers {
     /// 32-bit words: for each cluster where its meshlet begins; then meshlets: the number of distinct vertices, these as
     /// absolute indices, then a word a triangle with three 10-bit positions in that list.
     pub meshlets: vk::Buffer,
-    /// `Instance` structs.
+    /// `Instance` structs. A host may change them between frames; it then raises `revision` where the casters changed.
     pub instances: vk::Buffer,
+    /// Number of instances. Room for more is kept by instances of policy [`CastPolicy::Never`].
+    pub instance_count: u32,
+    /// [`crate::gpu::structs::MeshBounds`] structs.
+    pub meshes: vk::Buffer,
     /// `Material` structs.
     pub materials: vk::Buffer,
     /// RGBA8 texels.
     pub texels: vk::Buffer,
-    /// `Caster` structs: opaque ones first, then alpha-tested ones.
-    pub casters: vk::Buffer,
-    /// Number of casters.
+    /// Number of casters: clusters of all instances together.
     pub caster_count: u32,
-    /// Index of the first alpha-tested caster.
-    pub first_masked: u32,
-    /// Lower corner of the casters' bounds relative to the scene's origin.
+    /// Whether any instance is alpha tested.
+    pub alpha_tested: bool,
+    /// Lower corner of the casters' bounds at all times, relative to the scene's origin, which lies best in their middle.
     pub bounds_min: [f64; 3],
     /// Upper corner.
     pub bounds_max: [f64; 3],

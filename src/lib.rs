@@ -51,7 +51,7 @@ pub mod twin;
 pub mod view;
 
 pub use camera::Camera;
-pub use config::{Config, Cull, LevelRule, RequestRoute};
+pub use config::{Config, Cull, LevelRule, Pressure, RequestRoute};
 pub use engine::Engine;
 pub use error::Error;
 pub use light::Light;

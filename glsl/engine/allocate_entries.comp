@@ -3,9 +3,9 @@
 #include "shared/frame.glsl"
 #include "shared/structs.glsl"
 #include "shared/key.glsl"
+#include "shared/entry.glsl"
 
 // Bakes the fallback into the page table: every node's entry names its own page or its nearest ancestor's.
-// Entry: bit 31 valid, bits 16-19 level of the serving page, bits 0-15 layer of the atlas.
 layout(local_size_x = 256) in;
 layout(constant_id = 0) const uint NODE_CAPACITY = 1024u;
 layout(std430, binding = 0) buffer CountersBlock { Counters counters; };
@@ -13,9 +13,28 @@ layout(std430, binding = 1) readonly buffer Nodes { Node nodes[]; };
 layout(std430, binding = 2) readonly buffer NodeList { uint node_list[]; };
 layout(std430, binding = 3) readonly buffer Pages { Page pages[]; };
 layout(std430, binding = 4) writeonly buffer Entries { uint entries[]; };
+layout(std430, binding = 5) readonly buffer Slots { Slot slots[]; };
 layout(push_constant) uniform Push {
     int tolerance;  // levels by which a request may be served coarser before it counts as refused
 };
+
+// The entry of a node's own page, or 0 when that cannot serve.
+uint own_entry(Node node) {
+    int level = key_level(node.key);
+    if (node.page != 0u) {
+        Page page = pages[node.page - 1u];
+        return page.admitted != 0u ? make_entry(level, page.slot, page.dynamic_slot) : 0u;
+    }
+    // where the budgets put something off, whatever is still right serves; otherwise a frame shows what a first one would
+    if (counters.draw_threshold == 0u && counters.deferred == 0u) {
+        return 0u;
+    }
+    if (node.slot == 0u || (node.slot & STALE) != 0u || (node.marks & MARK_DYNAMIC) != 0u) {
+        return 0u;
+    }
+    Slot slot = slots[node.slot - 1u];
+    return slot.key == node.key && slot.valid != 0u ? make_entry(level, node.slot - 1u, NONE) : 0u;
+}
 
 void main() {
     uint end = min(counters.leaves + counters.nodes, NODE_CAPACITY);
@@ -23,18 +42,15 @@ void main() {
         uint slot = node_list[i];
         Node node = nodes[slot];
         int asked = key_level(node.key);
-        for (int step = 0; step < ROOT_LEVEL; step++) {
-            if ((node.page != 0u && pages[node.page - 1u].admitted != 0u) || node.parent == 0u) {
-                break;
-            }
+        uint entry = own_entry(node);
+        for (int step = 0; step < ROOT_LEVEL && entry == 0u && node.parent != 0u; step++) {
             node = nodes[node.parent - 1u];
+            entry = own_entry(node);
         }
-        bool served = node.page != 0u && pages[node.page - 1u].admitted != 0u;
-        int level = key_level(node.key);
-        entries[slot] = served ? 0x80000000u | uint(level) << 16 | pages[node.page - 1u].slot : 0u;
+        entries[slot] = entry;
         if (i < counters.leaves) {
             atomicAdd(counters.requested[asked], 1u);
-            if (!served || level > asked - int(counters.shift) + tolerance) {
+            if (entry == 0u || entry_level(entry) > asked - int(counters.shift) + tolerance) {
                 atomicAdd(counters.refused[asked], 1u);
             }
         }

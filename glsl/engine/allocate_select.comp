@@ -20,11 +20,10 @@ bool selected(Node node) {
     if (key_level(node.key) == ROOT_LEVEL) {
         return true;
     }
-    if (node.parent == 0u || nodes[node.parent - 1u].rank < counters.threshold) {
+    if (node.parent == 0u || !refined(nodes[node.parent - 1u], counters.threshold, counters.draw_threshold)) {
         return false;
     }
-    bool refined = child_count(node) > 0u && node.rank >= counters.threshold;
-    return !refined || node.own > 0u;
+    return !refined(node, counters.threshold, counters.draw_threshold) || node.own > 0u;
 }
 
 void main() {

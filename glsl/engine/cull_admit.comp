@@ -5,18 +5,19 @@
 #include "shared/key.glsl"
 #include "shared/refine.glsl"
 
-// Admits pages while their pairs fit the budget, gives each its range of pairs, and writes the arguments of everything
-// that follows. Roots first: they answer for everything, and the engine makes the budget large enough for them. If not
-// all others fit, those with the most pixels per pair. One workgroup.
+// Admits pages while their pairs fit the budget, gives each its range of pairs, and writes the arguments of what follows.
+// Roots first: they answer for everything, and the budget is large enough for them. If not all others fit, those that
+// gain the most pixels for their cost, which is linear in layers and pairs (Fernando 2002, sec. 2.4). One workgroup.
 layout(local_size_x = 256) in;
 layout(constant_id = 0) const uint PAIR_CAPACITY = 1024u;
 layout(constant_id = 1) const uint DISPATCH_X = 32768u;
-layout(std430, binding = 0) buffer CountersBlock { Counters counters; };
-layout(std430, binding = 1) buffer Pages { Page pages[]; };
-layout(std430, binding = 2) buffer PairCursors { uint pair_cursors[]; };
-layout(std430, binding = 3) writeonly buffer Arguments { uint arguments[]; };
-layout(std430, binding = 4) readonly buffer Nodes { Node nodes[]; };
-layout(push_constant) uniform Push { uint argument; };  // first of 4 + 3 + 3 words: clear draw, triangles of both kinds
+layout(std140, binding = 0) uniform FrameBlock { Frame frame; };
+layout(std430, binding = 1) buffer CountersBlock { Counters counters; };
+layout(std430, binding = 2) buffer Pages { Page pages[]; };
+layout(std430, binding = 3) buffer PairCursors { uint pair_cursors[]; };  // 4 a page: opaque and masked of each layer
+layout(std430, binding = 4) writeonly buffer Arguments { uint arguments[]; };
+layout(std430, binding = 5) readonly buffer Nodes { Node nodes[]; };
+layout(push_constant) uniform Push { uint argument; };  // first of 3 + 3 words: triangles of opaque and masked pairs
 
 shared uvec2 sums[256];
 shared uint ranks[RANKS];  // pairs of the pages of each rank
@@ -32,9 +33,17 @@ void write_dispatch(uint at, uint count) {
 
 bool is_root(uint page) { return key_level(pages[page].key) == ROOT_LEVEL; }
 
+uvec2 pairs_of(uint page) {
+    return uvec2(pair_cursors[4u * page] + pair_cursors[4u * page + 2u], pair_cursors[4u * page + 1u] + pair_cursors[4u * page + 3u]);
+}
+
 uint page_rank(uint page, uint pairs) {
+    uint draws = pages[page].draws;
+    if (draws == 0u) {
+        return RANKS - 1u;
+    }
     Node node = nodes[pages[page].node];
-    return refine_rank(min(node.own + node.below, 0x3fffffffu), pairs);
+    return refine_rank(min(node.own + node.below, 0x3fffffffu), int(pairs + frame.cache.w * ((draws & 1u) + (draws >> 1))));
 }
 
 void main() {
@@ -51,7 +60,8 @@ void main() {
     }
     barrier();
     for (uint i = begin; i < end; i++) {
-        uint pairs = pair_cursors[2u * i] + pair_cursors[2u * i + 1u];
+        uvec2 count = pairs_of(i);
+        uint pairs = count.x + count.y;
         atomicAdd(asked, pairs);
         if (is_root(i)) {
             atomicAdd(roots, pairs);
@@ -72,7 +82,7 @@ void main() {
     barrier();
     uvec2 sum = uvec2(0u);
     for (uint i = begin; i < end; i++) {
-        uvec2 count = uvec2(pair_cursors[2u * i], pair_cursors[2u * i + 1u]);
+        uvec2 count = pairs_of(i);
         bool fits = is_root(i) ? roots <= PAIR_CAPACITY : page_rank(i, count.x + count.y) >= least;
         pages[i].admitted = fits ? 1u : 0u;
         sum += fits ? count : uvec2(0u);
@@ -88,23 +98,20 @@ void main() {
     sum = sums[local] - sum;
     for (uint i = begin; i < end; i++) {
         if (pages[i].admitted != 0u) {
-            uvec2 count = uvec2(pair_cursors[2u * i], pair_cursors[2u * i + 1u]);
-            pair_cursors[2u * i] = sum.x;
-            pair_cursors[2u * i + 1u] = sum.y;
-            sum += count;
-            atomicAdd(counters.admitted, 1u);
-            atomicAdd(counters.resident[key_level(pages[i].key)], 1u);
+            for (uint layer = 0u; layer < 2u; layer++) {
+                uint at = 4u * i + 2u * layer;
+                uvec2 count = uvec2(pair_cursors[at], pair_cursors[at + 1u]);
+                pair_cursors[at] = sum.x;
+                pair_cursors[at + 1u] = sum.y;
+                sum += count;
+            }
         }
     }
     if (local == 255u) {
         counters.pairs_asked = asked;
         counters.pairs_opaque = sums[255].x;
         counters.pairs_masked = sums[255].y;
-        arguments[argument] = 3u;
-        arguments[argument + 1u] = counters.sorted;
-        arguments[argument + 2u] = 0u;
-        arguments[argument + 3u] = 0u;
-        write_dispatch(argument + 4u, sums[255].x);
-        write_dispatch(argument + 7u, sums[255].y);
+        write_dispatch(argument, sums[255].x);
+        write_dispatch(argument + 3u, sums[255].y);
     }
 }

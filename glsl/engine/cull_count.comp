@@ -4,29 +4,40 @@
 #include "shared/structs.glsl"
 #include "shared/key.glsl"
 
-// Counts the (cluster, page) pairs of every page.
+// Counts the (cluster, page) pairs of every page that is drawn.
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint PAGE_TEXELS = 128u;
 layout(constant_id = 1) const uint GUTTER = 0u;
 layout(std140, binding = 0) uniform FrameBlock { Frame frame; };
 layout(std430, binding = 1) readonly buffer CountersBlock { Counters counters; };
 layout(std430, binding = 2) readonly buffer Nodes { Node nodes[]; };
-layout(std430, binding = 3) readonly buffer Casters { Caster casters[]; };
-layout(std430, binding = 4) readonly buffer Clusters { Cluster clusters[]; };
-layout(std430, binding = 5) readonly buffer Instances { Instance instances[]; };
-layout(std430, binding = 6) buffer PairCounts { uint pair_counts[]; };
-layout(push_constant) uniform Push {
-    uint caster_count;
-    uint first_masked;  // casters from here on are alpha tested
-};
+layout(std430, binding = 3) readonly buffer Items { Item items[]; };
+layout(std430, binding = 4) readonly buffer Instances { Instance instances[]; };
+layout(std430, binding = 5) readonly buffer Meshes { MeshBounds meshes[]; };
+layout(std430, binding = 6) readonly buffer Clusters { Cluster clusters[]; };
+layout(std430, binding = 7) readonly buffer Pages { Page pages[]; };
+layout(std430, binding = 8) buffer PairCounts { uint pair_counts[]; };  // 4 a page: opaque and masked of each layer
+layout(push_constant) uniform Push { uint layer; };
 
-void visit(uint page, uint caster) { atomicAdd(pair_counts[2u * page + (caster >= first_masked ? 1u : 0u)], 1u); }
+uint instance, cluster, masked;
 
-#include "shared/casters.glsl"
+uint item_count() { return counters.items[layer]; }
+bool enter(Node node) { return (node.marks & (MARK_DRAWN << layer)) != 0u; }
+bool visit(uint index, Node node) {
+    if (node.page != 0u && (pages[node.page - 1u].draws >> layer & 1u) != 0u) {
+        atomicAdd(pair_counts[4u * (node.page - 1u) + 2u * layer + masked], 1u);
+    }
+    return false;
+}
+
+#include "shared/items.glsl"
+#include "shared/walk.glsl"
 
 void main() {
-    uint index = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u + gl_LocalInvocationIndex;
-    if (index < caster_count) {
-        visit_pages(index);
+    if (item_cluster(instance, cluster)) {
+        masked = (instances[instance].flags & ALPHA_TESTED) != 0u ? 1u : 0u;
+        vec2 low, high;
+        cluster_bounds(instances[instance], clusters[cluster], low, high);
+        walk(low, high);
     }
 }

@@ -12,30 +12,36 @@ layout(constant_id = 2) const uint PAIR_CAPACITY = 1024u;
 layout(std140, binding = 0) uniform FrameBlock { Frame frame; };
 layout(std430, binding = 1) readonly buffer CountersBlock { Counters counters; };
 layout(std430, binding = 2) readonly buffer Nodes { Node nodes[]; };
-layout(std430, binding = 3) readonly buffer Casters { Caster casters[]; };
-layout(std430, binding = 4) readonly buffer Clusters { Cluster clusters[]; };
-layout(std430, binding = 5) readonly buffer Instances { Instance instances[]; };
-layout(std430, binding = 6) buffer PairCursors { uint pair_cursors[]; };
+layout(std430, binding = 3) readonly buffer Items { Item items[]; };
+layout(std430, binding = 4) readonly buffer Instances { Instance instances[]; };
+layout(std430, binding = 5) readonly buffer Meshes { MeshBounds meshes[]; };
+layout(std430, binding = 6) readonly buffer Clusters { Cluster clusters[]; };
 layout(std430, binding = 7) readonly buffer Pages { Page pages[]; };
-layout(std430, binding = 8) writeonly buffer Pairs { Pair pairs[]; };
-layout(push_constant) uniform Push {
-    uint caster_count;
-    uint first_masked;
-};
+layout(std430, binding = 8) buffer PairCursors { uint pair_cursors[]; };
+layout(std430, binding = 9) writeonly buffer Pairs { Pair pairs[]; };
+layout(push_constant) uniform Push { uint layer; };
 
-void visit(uint page, uint caster) {
-    if (pages[page].admitted != 0u) {
-        uint masked = caster >= first_masked ? 1u : 0u;
-        uint index = atomicAdd(pair_cursors[2u * page + masked], 1u);
-        pairs[masked * PAIR_CAPACITY + index] = Pair(page, caster);
+uint instance, cluster, masked;
+
+uint item_count() { return counters.items[layer]; }
+bool enter(Node node) { return (node.marks & (MARK_DRAWN << layer)) != 0u; }
+bool visit(uint index, Node node) {
+    uint page = node.page - 1u;
+    if (node.page != 0u && (pages[page].draws >> layer & 1u) != 0u && pages[page].admitted != 0u) {
+        uint at = atomicAdd(pair_cursors[4u * page + 2u * layer + masked], 1u);
+        pairs[masked * PAIR_CAPACITY + at] = Pair(2u * page + layer, instance, cluster);
     }
+    return false;
 }
 
-#include "shared/casters.glsl"
+#include "shared/items.glsl"
+#include "shared/walk.glsl"
 
 void main() {
-    uint index = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u + gl_LocalInvocationIndex;
-    if (index < caster_count) {
-        visit_pages(index);
+    if (item_cluster(instance, cluster)) {
+        masked = (instances[instance].flags & ALPHA_TESTED) != 0u ? 1u : 0u;
+        vec2 low, high;
+        cluster_bounds(instances[instance], clusters[cluster], low, high);
+        walk(low, high);
     }
 }

@@ -15,13 +15,12 @@ layout(std140, binding = 0) uniform FrameBlock { Frame frame; };
 layout(std430, binding = 1) buffer CountersBlock { Counters counters; };
 layout(std430, binding = 2) readonly buffer Pages { Page pages[]; };
 layout(std430, binding = 3) readonly buffer Pairs { Pair pairs[]; };
-layout(std430, binding = 4) readonly buffer Casters { Caster casters[]; };
-layout(std430, binding = 5) readonly buffer Clusters { Cluster clusters[]; };
-layout(std430, binding = 6) readonly buffer Instances { Instance instances[]; };
-layout(std430, binding = 7) readonly buffer Positions { float positions[]; };
-layout(std430, binding = 8) writeonly buffer Indices { uint indices[]; };  // the scene's, then room for compacted ones
-layout(std430, binding = 9) writeonly buffer Commands { DrawCommand commands[]; };
-layout(std430, binding = 10) readonly buffer Meshlets { uint meshlets[]; };  // see src/lab/meshlets.rs
+layout(std430, binding = 4) readonly buffer Clusters { Cluster clusters[]; };
+layout(std430, binding = 5) readonly buffer Instances { Instance instances[]; };
+layout(std430, binding = 6) readonly buffer Positions { float positions[]; };
+layout(std430, binding = 7) writeonly buffer Indices { uint indices[]; };  // the scene's, then room for compacted ones
+layout(std430, binding = 8) writeonly buffer Commands { DrawCommand commands[]; };
+layout(std430, binding = 9) readonly buffer Meshlets { uint meshlets[]; };  // see src/lab/meshlets.rs
 layout(push_constant) uniform Push {
     uint masked;           // 1 for alpha-tested casters
     uint first_compacted;  // where the room for compacted indices begins
@@ -38,13 +37,13 @@ shared uint kept_begin;
 uvec3 corners(uint triangle) { return uvec3(triangle & 1023u, (triangle >> 10) & 1023u, triangle >> 20); }
 
 // Whether the cluster lies inside the page and its triangles are so large that nearly all cover a texel centre.
-bool draws_whole(Page page, Caster caster, uint triangles) {
+bool draws_whole(Page page, Instance instance, Cluster cluster) {
     vec2 low, high;
-    caster_bounds(caster, low, high);
+    cluster_bounds(instance, cluster, low, high);
     low = (low - page.origin) * page.scale + float(GUTTER);
     high = (high - page.origin) * page.scale + float(GUTTER);
     vec2 size = high - low;
-    return all(greaterThanEqual(low, vec2(0.0))) && all(lessThanEqual(high, vec2(float(PAGE_TEXELS)))) && size.x * size.y >= 4.0 * float(triangles);
+    return all(greaterThanEqual(low, vec2(0.0))) && all(lessThanEqual(high, vec2(float(PAGE_TEXELS)))) && size.x * size.y >= 4.0 * float(cluster.triangle_count);
 }
 
 void draw(uint index, uint first, uint count) {
@@ -59,10 +58,11 @@ void main() {
     }
     index += masked * PAIR_CAPACITY;
     uint local = gl_LocalInvocationIndex;
-    Page page = pages[pairs[index].page];
-    Caster caster = casters[pairs[index].caster];
-    Cluster cluster = clusters[caster.cluster];
-    if (draws_whole(page, caster, cluster.triangle_count)) {
+    Pair pair = pairs[index];
+    Page page = pages[pair.target >> 1];
+    Cluster cluster = clusters[pair.cluster];
+    Instance instance = instances[pair.instance];
+    if (draws_whole(page, instance, cluster)) {
         if (local == 0u) {
             draw(index, cluster.first_index, 3u * cluster.triangle_count);
         }
@@ -71,13 +71,12 @@ void main() {
     if (local == 0u) {
         kept_count = 0u;
     }
-    Instance instance = instances[caster.instance];
     // rows from mesh space to texels of the page
     vec4 row_x = frame.light_x.x * instance.rows[0] + frame.light_x.y * instance.rows[1] + frame.light_x.z * instance.rows[2];
     vec4 row_y = frame.light_y.x * instance.rows[0] + frame.light_y.y * instance.rows[1] + frame.light_y.z * instance.rows[2];
     row_x = page.scale * (row_x - vec4(0.0, 0.0, 0.0, page.origin.x)) + vec4(0.0, 0.0, 0.0, float(GUTTER));
     row_y = page.scale * (row_y - vec4(0.0, 0.0, 0.0, page.origin.y)) + vec4(0.0, 0.0, 0.0, float(GUTTER));
-    uint vertices = meshlets[caster.cluster] + 1u;
+    uint vertices = meshlets[pair.cluster] + 1u;
     uint vertex_count = meshlets[vertices - 1u];
     for (uint v = local; v < vertex_count; v += gl_WorkGroupSize.x) {
         uint p = 3u * meshlets[vertices + v];

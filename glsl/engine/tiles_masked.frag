@@ -2,6 +2,6 @@
 #extension GL_GOOGLE_include_directive : require
 #include "shared/structs.glsl"
 
-#define MATERIALS_BINDING 5
-#define TEXELS_BINDING 6
+#define MATERIALS_BINDING 4
+#define TEXELS_BINDING 5
 #include "shared/masked_fragment.glsl"

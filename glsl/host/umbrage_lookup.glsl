@@ -1,6 +1,8 @@
 // Visibility of a point towards the light through the page table and the atlas.
 // Needs `frame`, `table_keys`, `entries`, `atlas` (sampler2DArray) and the constants TABLE_SIZE and GUTTER.
 
+#include "shared/entry.glsl"
+
 // The entry that serves a level-0 page at a level: its own, or that of the nearest ancestor in the table; 0 if none.
 // One loop over probes and levels: nearly every pixel leaves it at the first probe.
 uint umbrage_entry(ivec2 page, int level) {
@@ -47,7 +49,7 @@ float umbrage_visibility(vec3 from_eye, vec3 n, vec3 dx, vec3 dy) {
     if (entry == 0u) {
         return 1.0;
     }
-    int level = int(entry >> 16) & 15;
+    int level = entry_level(entry);
     vec2 in_page = (vec2(page - ((page >> level) << level)) + inside) * exp2(-float(level));
     vec2 texel = in_page * frame.rule.w + float(GUTTER);
     float texel_size = frame.page.x * exp2(float(level)) / frame.rule.w;
@@ -63,7 +65,11 @@ float umbrage_visibility(vec3 from_eye, vec3 n, vec3 dx, vec3 dy) {
     vec4 plane = vec4(first, first + slope.x, first + slope.y, first + slope.x + slope.y) * frame.page.z;
     // the gather of a nearest sampler: its four texels meet at the coordinate given
     vec2 meet = (low + 1.0) / vec2(textureSize(atlas, 0).xy);
-    vec4 casters = textureGather(atlas, vec3(meet, float(entry & 0xffffu)), 0).wzxy;
+    vec4 casters = textureGather(atlas, vec3(meet, float(entry_slot(entry))), 0).wzxy;
+    uint moving = entry_dynamic(entry);
+    if (moving != 0u) {
+        casters = min(casters, textureGather(atlas, vec3(meet, float(moving - 1u)), 0).wzxy);
+    }
     vec4 lit = vec4(lessThanEqual(plane, casters));
     return dot(lit, vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y)) >= 0.5 ? 1.0 : 0.0;
 }

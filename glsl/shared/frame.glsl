@@ -14,6 +14,11 @@ struct Frame {
     vec4 page;            // x: side of a level-0 page, y: 1 / x, z: 1 / depth range of the casters, w: nearest caster depth
     vec4 rule;            // x: factor on squared footprints, y: bias in texels, z: bias in world units, w: texels per page side
     uvec4 size;           // xy: image size in pixels, z: level rule (0 area, 1 min_length), w: unused
+    uvec4 cache;          // x: FORGET_PAGES, FORGET_CASTERS and LIGHT_MOVED, y: number of the frame, z: frames a caster must stand still to be cached, w: cost of a page in pairs
+    vec4 drift;           // x: texels of level 0 that the farthest caster moves by when a light axis turns by 1 rad, y: texels by which cached content may be off
 };
 
 const int ROOT_LEVEL = 13;
+const uint FORGET_PAGES = 1u;
+const uint FORGET_CASTERS = 2u;
+const uint LIGHT_MOVED = 4u;

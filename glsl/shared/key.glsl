@@ -17,6 +17,17 @@ uint unspread(uint x) {
     return (x | (x >> 8)) & 0x3fffu;
 }
 
+const uint NONE = 0xffffffffu;
+
+// A well-mixed word.
+uint hash(uint word) {
+    word ^= word >> 16;
+    word *= 0x7feb352du;
+    word ^= word >> 15;
+    word *= 0x846ca68bu;
+    return word ^ (word >> 16);
+}
+
 uint key_of(int level, uvec2 page) { return uint(ROOT_LEVEL + 1 - level) << 28 | spread(page.x) | spread(page.y) << 1; }
 int key_level(uint key) { return ROOT_LEVEL + 1 - int(key >> 28); }
 uvec2 key_page(uint key) { return uvec2(unspread(key), unspread(key >> 1)); }

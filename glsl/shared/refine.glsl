@@ -10,17 +10,29 @@ uint child_count(Node node) {
     return count;
 }
 
-// Pages that refining adds: its children, less its own page when no pixel needs that any more. Roots always stay.
-uint refine_cost(Node node, uint children) {
-    return children - (node.own == 0u && key_level(node.key) < ROOT_LEVEL ? 1u : 0u);
+// Layers of the atlas that a page needs.
+int page_layers(uint marks) { return (marks & MARK_DYNAMIC) != 0u ? 2 : 1; }
+
+// Layers that must be drawn when a page is chosen.
+int page_draws(uint slot, uint marks) { return (slot == 0u || (slot & STALE) != 0u ? 1 : 0) + page_layers(marks) - 1; }
+
+// Parts of Node.cost.
+uint cost_of(uint rank, int draws, int layers) { return rank | uint(draws + 16) << 16 | uint(layers + 16) << 24; }
+uint cost_rank(uint cost) { return cost & 0xffffu; }
+int cost_draws(uint cost) { return int((cost >> 16) & 0xffu) - 16; }
+int cost_layers(uint cost) { return int(cost >> 24) - 16; }
+
+// Whether a node is replaced by its children.
+bool refined(Node node, uint threshold, uint draw_threshold) {
+    return child_count(node) > 0u && (node.ranks & 0xffffu) >= threshold && (node.ranks >> 16) >= draw_threshold;
 }
 
 // 64 buckets an octave of the ratio weighted pixels / pages, in exact integer arithmetic; 0 means "never refined".
-uint refine_rank(uint benefit, uint cost) {
-    if (cost == 0u) {
+uint refine_rank(uint benefit, int cost) {
+    if (cost <= 0) {
         return RANKS - 1u;
     }
-    uint ratio = benefit < (1u << 27) ? (benefit << 4) / cost : min(benefit / cost, 0x0fffffffu) << 4;
+    uint ratio = benefit < (1u << 27) ? (benefit << 4) / uint(cost) : min(benefit / uint(cost), 0x0fffffffu) << 4;
     ratio = max(ratio, 1u);
     uint high = uint(findMSB(ratio));
     uint fraction = ((ratio << (31u - high)) >> 25) & 63u;

@@ -7,22 +7,59 @@ struct Node {
     uint key;
     uint own;       // pixels that ask for exactly this page
     uint below;     // pixels that ask for a finer page inside this one, weighted with 2^(levels between)
-    uint rank;      // bucket of pixels gained per page drawn, least of the path to the root; see allocate_rank
+    uint cost;      // of refining it, see refine.glsl; 0 where nothing lies below
+    uint ranks;     // low half: least rank on the path to the root; high half: the same over nodes whose refining draws
     uint parent;    // slot + 1
     uint page;      // index into the pages + 1, or 0
+    uint slot;      // layer of the atlas that holds it from an earlier frame + 1, or 0; STALE when it must be redrawn
+    uint marks;     // MARK_*
     uint child[4];  // slot + 1, or 0
 };
 
-// A page that has a layer of the atlas.
+const uint STALE = 0x80000000u;
+const uint MARK_DYNAMIC = 1u;      // a moving caster touches this page
+const uint MARK_DRAWN = 2u;        // this page or one below it is drawn: cached layer; << 1: dynamic layer
+
+// A page chosen this frame.
 struct Page {
     uint key;
-    uint slot;      // layer of the atlas
-    uint node;      // slot in the page table
-    uint admitted;  // 1 when its casters fit the pair budget
-    vec2 origin;    // light-space xy of the corner of its texel (0, 0), relative to the scene's origin
-    float scale;    // texels per world unit
+    uint node;          // slot in the page table
+    uint slot;          // layer of the atlas with the casters that stand still; NONE until assigned
+    uint dynamic_slot;  // layer with those that move; NONE where there are none
+    uint draws;         // bit 0: the first layer must be drawn, bit 1: the second
+    uint admitted;      // 1 when it serves: its draws fit the budgets
+    vec2 origin;        // light-space xy of the corner of its texel (0, 0), relative to the scene's origin
+    float scale;        // texels per world unit
     uint pad;
 };
+
+// A layer of the atlas; lives from frame to frame.
+struct Slot {
+    float axis_x[3];  // light axes for which it was drawn
+    uint key;         // page it holds; 0: none
+    float axis_z[3];
+    uint valid;       // 1 while its content is that of a fresh page
+    uint seen;        // frame that last had its page in the quadtree
+    uint used;        // frame that last chose its page
+};
+
+// What is known of an instance from the frames before.
+struct Tracked {
+    vec4 rows[3];
+    vec4 bounds;      // light-space xy, low and high
+    uint material;
+    uint revision;
+    uint flags;
+    uint state;       // CASTER_*
+    uint since;       // frame of the last change
+    uint patience;    // frames to stand still before it is cached
+    uint pad[2];
+};
+
+const uint CASTER_UNKNOWN = 0u;
+const uint CASTER_NONE = 1u;     // casts no shadow
+const uint CASTER_STATIC = 2u;   // in the cached layer
+const uint CASTER_DYNAMIC = 3u;  // in the layer drawn every frame
 
 // Counters of one frame; they keep counting beyond the capacities.
 struct Counters {
@@ -33,26 +70,40 @@ struct Counters {
     uint failed;        // insertions that found the table full
     uint shift;         // levels by which all requests were coarsened because the table was too small
     uint threshold;     // least rank that is refined
-    uint pages;         // pages selected
-    uint admitted;      // pages drawn
+    uint draw_threshold; // least rank that is refined where that needs drawing
+    uint draws_asked;   // layers to draw before the budget of pages
+    uint pages;         // pages chosen
+    uint hits;          // chosen pages whose cached layer is still right
+    uint stale;         // chosen pages whose cached layer was invalidated
+    uint admitted;      // pages that serve
+    uint drawn;         // cached layers drawn
+    uint drawn_dynamic; // dynamic layers drawn
+    uint deferred;      // layers put off by the budgets of pages and pairs
+    uint evicted;       // pages that lost their layer
+    uint invalidated;   // pages whose content became wrong
     uint pairs_opaque;  // (cluster, page) pairs drawn
     uint pairs_masked;
     uint pairs_asked;   // pairs before the budget
     uint indices;       // compacted indices written or refused
     uint triangles;     // triangles drawn into pages
     uint sorted;        // entries of the sort in progress
-    uint pad[3];
+    uint changed;       // bounds of cached casters that changed
+    uint dynamics;      // instances in the dynamic layer
+    uint items[2];      // runs of clusters to cull, per layer
+    uint pad[2];
     uint roots[4];      // table slot + 1 of the root pages
     uint requested[16]; // per level
     uint resident[16];
     uint refused[16];
 };
 
-// A caster: one cluster of one instance.
-struct Caster {
+// A run of at most RUN clusters of one instance.
+struct Item {
     uint instance;
-    uint cluster;
+    uint first_cluster;
 };
+
+const uint RUN = 8u;
 
 struct Cluster {
     float center[3];
@@ -61,13 +112,26 @@ struct Cluster {
     uint triangle_count;
 };
 
+// Bounds and clusters of a mesh.
+struct MeshBounds {
+    float center[3];
+    uint first_cluster;
+    float extent[3];
+    uint cluster_count;
+};
+
 struct Instance {
     vec4 rows[3];   // world relative to the scene's origin from mesh space
     uint material;
     uint mesh;
     uint revision;  // any change: moved, deformed, other alpha
-    uint flags;     // bits 0-1: policy (0 auto, 1 static, 2 always, 3 never casts), bit 2: alpha tested
+    uint flags;     // bits 0-1: POLICY_*, bit 2: alpha tested
 };
+
+const uint POLICY_STATIC = 1u;
+const uint POLICY_ALWAYS = 2u;
+const uint POLICY_NEVER = 3u;
+const uint ALPHA_TESTED = 4u;
 
 struct Material {
     vec4 base_color;
@@ -82,8 +146,9 @@ struct Material {
 };
 
 struct Pair {
-    uint page;
-    uint caster;
+    uint target;   // 2 * page + layer
+    uint instance;
+    uint cluster;
 };
 
 struct DrawCommand {

@@ -1,17 +1,9 @@
 // The page table: an open-addressing hash table of page keys. Needs `table_keys` (uint array, 0 = empty) and TABLE_SIZE.
 
-const uint NONE = 0xffffffffu;
 // A probe longer than this means that the table is as good as full: at half load such runs do not occur.
 const uint MAX_PROBES = 256u;
 
-uint table_slot(uint key) {
-    key ^= key >> 16;
-    key *= 0x7feb352du;
-    key ^= key >> 15;
-    key *= 0x846ca68bu;
-    key ^= key >> 16;
-    return key & (TABLE_SIZE - 1u);
-}
+uint table_slot(uint key) { return hash(key) & (TABLE_SIZE - 1u); }
 
 uint table_find(uint key) {
     uint slot = table_slot(key);

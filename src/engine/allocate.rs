@@ -3,7 +3,8 @@
 //! The requested pages and their ancestors form a quadtree. Refining a node replaces its page by its children's; what
 //! that gains (pixels, weighted with how far they are from their wish) per page it costs is the node's rank, the
 //! thesis' benefit per cost (Fernando 2002, section 2.4). One histogram over the ranks finds the threshold at which the
-//! atlas is full, so that the memory given is spent where it helps most and nothing depends on the order of threads.
+//! atlas is full, so that the memory given is spent where it helps most and nothing depends on the order of threads. Where
+//! more would have to be drawn than a frame may, a second threshold holds back those that draw.
 //!
 //! Reads: page table keys and pixel counts (flags route) or distinct keys (sort route). Writes: nodes, pages, entries.
 //! At capacity: coarser pages serve; refusals are counted.
@@ -12,6 +13,7 @@ use super::buffers::Buffers;
 use super::compact::Compact;
 use super::request::SHIFTS;
 use super::sort::Sort;
+use crate::gpu::structs::ChoosePush;
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Compute, Gpu, spirv};
 use crate::{Config, Error};
@@ -25,11 +27,12 @@ pub(crate) struct Allocate {
     insert: Option<Compute>,
     ancestors: Compute,
     rank: Compute,
+    path: Compute,
     choose: Compute,
+    defer: Compute,
     select: Compute,
     pages: Compute,
     entries: Compute,
-    budget: u32,
     tolerance: i32,
     device: ash::Device,
 }
@@ -49,10 +52,10 @@ impl Allocate {
             (Binding::Storage(&b.table_keys), Binding::Storage(&b.nodes), Binding::Storage(&b.node_list));
         let histogram = Binding::Storage(&b.histogram);
         let (page_keys, page_values) = (Binding::Storage(page_sort.keys()), Binding::Storage(page_sort.values()));
-        let page = Binding::Storage(&b.pages);
+        let (page, slots) = (Binding::Storage(&b.pages), Binding::Storage(&b.slots));
         let insert = compact.map(|c| {
             let bindings = [counters, Binding::Storage(&c.keys), Binding::Storage(&c.counts), keys, node, list];
-            let constants = [table, config.request_capacity, SHIFTS[1], SHIFTS[2], SHIFTS[3]];
+            let constants = [table, config.request_capacity(), SHIFTS[1], SHIFTS[2], SHIFTS[3]];
             Compute::new(gpu, "allocate_insert", spirv!("engine/allocate_insert.comp"), &bindings, &constants, 0)
         });
         Ok(Self {
@@ -69,6 +72,14 @@ impl Allocate {
                 gpu,
                 "allocate_rank",
                 spirv!("engine/allocate_rank.comp"),
+                &[counters, node, list],
+                &[nodes, config.pressure as u32],
+                0,
+            )?,
+            path: Compute::new(
+                gpu,
+                "allocate_path",
+                spirv!("engine/allocate_path.comp"),
                 &[counters, node, list, histogram],
                 &[nodes],
                 0,
@@ -77,8 +88,16 @@ impl Allocate {
                 gpu,
                 "allocate_choose",
                 spirv!("engine/allocate_choose.comp"),
-                &[counters, histogram],
-                &[],
+                &[counters, histogram, node],
+                &[config.page_capacity()],
+                size_of::<ChoosePush>(),
+            )?,
+            defer: Compute::new(
+                gpu,
+                "allocate_defer",
+                spirv!("engine/allocate_defer.comp"),
+                &[counters, node, list, histogram],
+                &[nodes],
                 4,
             )?,
             select: Compute::new(
@@ -101,6 +120,7 @@ impl Allocate {
                     page_values,
                     page,
                     Binding::Storage(&b.pair_counts),
+                    slots,
                 ],
                 &[],
                 0,
@@ -109,28 +129,36 @@ impl Allocate {
                 gpu,
                 "allocate_entries",
                 spirv!("engine/allocate_entries.comp"),
-                &[counters, node, list, page, Binding::Storage(&b.entries)],
+                &[counters, node, list, page, Binding::Storage(&b.entries), slots],
                 &[nodes],
                 4,
             )?,
-            budget: config.page_capacity() - 4,
             tolerance: (-config.level_bias).ceil().max(0.0) as i32,
             device: gpu.device.clone(),
         })
     }
 
-    /// From requests to the sorted list of pages.
-    pub(crate) fn record(&self, cmd: vk::CommandBuffer, b: &Buffers, page_sort: &Sort) {
-        let next = || sync::barrier(&self.device, cmd, &[(Access::ComputeWrite, Access::ComputeWrite)]);
+    /// The quadtree above the requests.
+    pub(crate) fn record_tree(&self, cmd: vk::CommandBuffer) {
         if let Some(insert) = &self.insert {
             insert.dispatch(cmd, &(), GROUPS);
-            next();
+            sync::barrier(&self.device, cmd, &[(Access::ComputeWrite, Access::ComputeWrite)]);
         }
         self.ancestors.dispatch(cmd, &(), GROUPS);
-        next();
+    }
+
+    /// The sorted list of pages, at most `draws` layers of which must be drawn.
+    pub(crate) fn record_pages(&self, cmd: vk::CommandBuffer, b: &Buffers, page_sort: &Sort, draws: u32) {
+        let next = || sync::barrier(&self.device, cmd, &[(Access::ComputeWrite, Access::ComputeWrite)]);
         self.rank.dispatch(cmd, &(), GROUPS);
         next();
-        self.choose.dispatch(cmd, &self.budget, [1, 1, 1]);
+        self.path.dispatch(cmd, &(), GROUPS);
+        next();
+        self.choose.dispatch(cmd, &ChoosePush { draw_budget: draws as i32, draws: 0 }, [1, 1, 1]);
+        next();
+        self.defer.dispatch(cmd, &draws, GROUPS);
+        next();
+        self.choose.dispatch(cmd, &ChoosePush { draw_budget: draws as i32, draws: 1 }, [1, 1, 1]);
         next();
         self.select.dispatch(cmd, &(), GROUPS);
         next();
@@ -138,7 +166,7 @@ impl Allocate {
         self.pages.dispatch(cmd, &(), [4, 1, 1]);
     }
 
-    /// Page table entries, once it is known which pages are drawn.
+    /// Page table entries, once it is known which pages serve.
     pub(crate) fn record_entries(&self, cmd: vk::CommandBuffer) {
         self.entries.dispatch(cmd, &self.tolerance, GROUPS);
     }

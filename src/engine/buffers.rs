@@ -1,7 +1,8 @@
 //! Everything the engine keeps on the device, allocated once.
 
-use crate::gpu::structs::{COMMAND_BYTES, Counters, Frame, Node, PAIR_BYTES, Page};
+use crate::gpu::structs::{COMMAND_BYTES, Counters, Frame, ITEM_BYTES, Node, PAIR_BYTES, Page, RUN, Slot, Tracked};
 use crate::gpu::{Buffer, Gpu, Image, ImageSpec, Memory};
+use crate::host::SceneBuffers;
 use crate::{Config, Error};
 use ash::vk;
 use std::sync::Arc;
@@ -12,11 +13,13 @@ pub(crate) mod arguments {
     pub(crate) const RETRY: [u32; 4] = [0, 3, 6, 9];
     /// Dispatch over the blocks of the sort in progress.
     pub(crate) const SORT: u32 = 12;
-    /// Draw that clears pages, then the triangle dispatches of opaque and masked pairs.
-    pub(crate) const CULL: u32 = 15;
-    pub(crate) const CLEAR: u32 = CULL;
-    pub(crate) const TRIANGLES: [u32; 2] = [CULL + 4, CULL + 7];
-    pub(crate) const WORDS: u32 = CULL + 10;
+    /// Draw that clears layers.
+    pub(crate) const CLEAR: u32 = 15;
+    /// Dispatches over the runs of clusters of each layer.
+    pub(crate) const ITEMS: [u32; 2] = [19, 22];
+    /// Dispatches over opaque and masked pairs.
+    pub(crate) const TRIANGLES: [u32; 2] = [25, 28];
+    pub(crate) const WORDS: u32 = 31;
 }
 
 pub(crate) struct Buffers {
@@ -30,6 +33,12 @@ pub(crate) struct Buffers {
     pub(crate) node_list: Buffer,
     pub(crate) histogram: Buffer,
     pub(crate) pages: Buffer,
+    pub(crate) slots: Buffer,
+    pub(crate) order: Buffer,
+    pub(crate) cleared: Buffer,
+    pub(crate) tracked: Buffer,
+    pub(crate) changed: Buffer,
+    pub(crate) items: [Buffer; 2],
     pub(crate) pair_counts: Buffer,
     pub(crate) pairs: Buffer,
     pub(crate) commands: Buffer,
@@ -39,13 +48,16 @@ pub(crate) struct Buffers {
 }
 
 impl Buffers {
-    pub(crate) fn new(gpu: &Arc<Gpu>, config: &Config) -> Result<Self, Error> {
+    pub(crate) fn new(gpu: &Arc<Gpu>, config: &Config, scene: &SceneBuffers) -> Result<Self, Error> {
         use vk::BufferUsageFlags as U;
         let none = U::empty();
         let storage = |name: &str, bytes: u64, extra: U| Buffer::storage(gpu, name, bytes, extra);
         let table = u64::from(config.table_size());
         let pages = u64::from(config.page_capacity());
         let pairs = 2 * u64::from(config.pair_capacity);
+        let instances = u64::from(scene.instance_count);
+        // every instance ends with a run that may not be full
+        let runs = ITEM_BYTES * (u64::from(scene.caster_count / RUN) + instances);
         let [width, height] = config.size;
         let screen =
             |name, format, usage| Image::new(gpu, name, &ImageSpec { format, width, height, layers: 0, usage });
@@ -71,9 +83,15 @@ impl Buffers {
             entries: storage("page table entries", 4 * table, none)?,
             nodes: storage("page quadtree", size_of::<Node>() as u64 * table, none)?,
             node_list: storage("node list", 4 * u64::from(config.node_capacity()), none)?,
-            histogram: storage("rank histogram", 4 * 2048, none)?,
+            histogram: storage("rank histograms", 3 * 4 * 2048, none)?,
             pages: storage("pages", size_of::<Page>() as u64 * pages, none)?,
-            pair_counts: storage("pair counts", 8 * pages, none)?,
+            slots: storage("layers", size_of::<Slot>() as u64 * pages, none)?,
+            order: storage("order of layers", 4 * pages, none)?,
+            cleared: storage("layers to clear", 4 * pages, none)?,
+            tracked: storage("tracked instances", size_of::<Tracked>() as u64 * instances, none)?,
+            changed: storage("changed bounds", 2 * 16 * instances, none)?,
+            items: [storage("cached runs", runs, none)?, storage("moving runs", runs, none)?],
+            pair_counts: storage("pair counts", 16 * pages, none)?,
             pairs: storage("pairs", PAIR_BYTES * pairs, none)?,
             commands: storage("draw commands", COMMAND_BYTES * pairs, U::INDIRECT_BUFFER)?,
             receiver: screen("receiver planes", vk::Format::R32G32B32A32_UINT, I::STORAGE | I::SAMPLED)?,
@@ -97,7 +115,16 @@ impl Buffers {
         vec![
             ("atlas", self.atlas.bytes),
             ("page_table", self.table_keys.size + self.entries.size + self.nodes.size),
-            ("requests", self.node_list.size + self.histogram.size + self.pages.size),
+            (
+                "requests",
+                self.node_list.size
+                    + self.histogram.size
+                    + self.pages.size
+                    + self.slots.size
+                    + self.order.size
+                    + self.cleared.size,
+            ),
+            ("casters", self.tracked.size + self.changed.size + self.items[0].size + self.items[1].size),
             ("draw_lists", self.pair_counts.size + self.pairs.size + self.commands.size),
             ("screen", self.receiver.bytes + self.visibility.bytes),
             ("other", self.frame.size + self.counters.size + self.readback.size + self.arguments.size),

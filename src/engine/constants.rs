@@ -9,54 +9,46 @@ use glam::{DVec2, DVec3};
 /// Level whose pages cover all casters: four of them at most.
 pub const ROOT_LEVEL: i32 = 13;
 
-/// The page grid of a directional light, anchored at the scene's origin.
+/// Level-0 page on the grid through the origin where keys start: two root pages to each side.
+const ANCHOR: i32 = -(1 << ROOT_LEVEL);
+
+/// The page grid of a directional light. All but the axes depends on the scene alone, so that pages outlive small turns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Grid {
     /// Light axes; `z` is the direction of travel.
     pub(crate) axes: [DVec3; 3],
     /// Side of a level-0 page: a power of two, so that page corners are exact in single precision.
     pub(crate) page: f64,
-    /// Level-0 page on the grid through the origin where keys start.
-    pub(crate) anchor: [i64; 2],
-    /// Depths of the nearest and the farthest caster.
-    pub(crate) depth: [f64; 2],
-    /// Magnitude of the largest light-space coordinate, for rounding.
+    /// Distance of the farthest caster from the origin: depths reach from minus to plus this.
     pub(crate) reach: f64,
 }
 
-/// Unit axes of light space: x and y across the light, z along its travel.
+/// Unit axes of light space: x and y across the light, z along its travel. They turn smoothly with the light, but where it
+/// shines straight up (Duff et al. 2017, with the singular point there).
 pub(crate) fn light_axes(direction: DVec3) -> Result<[DVec3; 3], Error> {
     let z = direction.try_normalize().ok_or_else(|| Error::Limit {
         field: "light direction",
         given: format!("{direction}"),
         limit: "any finite vector but zero".into(),
     })?;
-    let up = if z.y.abs() < 0.99 { DVec3::Y } else { DVec3::X };
-    let x = up.cross(z).normalize();
+    let down = 1.0 - z.y;
+    let x = if down > 1e-9 { DVec3::new(1.0 - z.x * z.x / down, z.x, -z.x * z.z / down) } else { DVec3::X };
+    let x = (x - z * x.dot(z)).normalize();
     Ok([x, z.cross(x), z])
 }
 
 impl Grid {
     pub(crate) fn new(direction: DVec3, scene: &SceneBuffers) -> Result<Self, Error> {
         let axes = light_axes(direction)?;
-        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for corner in 0..8 {
-            let pick = |i: usize| if corner >> i & 1 == 0 { scene.bounds_min[i] } else { scene.bounds_max[i] };
-            let p = DVec3::new(pick(0), pick(1), pick(2));
-            let ls = DVec3::new(p.dot(axes[0]), p.dot(axes[1]), p.dot(axes[2]));
-            (low, high) = (low.min(ls), high.max(ls));
-        }
-        let margin = 1e-5 * (high - low).max_element().max(1e-30);
-        (low, high) = (low - margin, high + margin);
-        let root = (high - low).truncate().max_element().log2().ceil().exp2();
-        let anchor = |v: f64| (v / root).floor() as i64 * (1 << ROOT_LEVEL);
-        Ok(Self {
-            axes,
-            page: root / f64::from(1 << ROOT_LEVEL),
-            anchor: [anchor(low.x), anchor(low.y)],
-            depth: [low.z, high.z],
-            reach: low.abs().max(high.abs()).max_element(),
-        })
+        let farthest = |i: usize| scene.bounds_min[i].abs().max(scene.bounds_max[i].abs());
+        let reach = DVec3::new(farthest(0), farthest(1), farthest(2)).length().max(1e-30) * (1.0 + 1e-5);
+        let root = reach.log2().ceil().exp2();
+        Ok(Self { axes, page: root / f64::from(1 << ROOT_LEVEL), reach })
+    }
+
+    /// Length of the whole grid: two root pages.
+    pub(crate) fn extent(&self) -> f64 {
+        self.page * f64::from(2 << ROOT_LEVEL)
     }
 }
 
@@ -82,33 +74,54 @@ pub(crate) fn camera_constants(size: [u32; 2], input: &FrameInput) -> Frame {
     }
 }
 
+/// What a frame's constants take from the frames before.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct History {
+    /// [`crate::gpu::structs::frame_flags`].
+    pub(crate) flags: u32,
+    /// Number of the frame, from 1.
+    pub(crate) frame: u32,
+    /// Level bias beyond the configured one.
+    pub(crate) bias: f32,
+    /// What drawing a page costs beside its pairs, in pairs.
+    pub(crate) page_cost: u32,
+}
+
 /// All constants of a frame.
-pub(crate) fn constants(config: &Config, scene: &SceneBuffers, input: &FrameInput) -> Result<Frame, Error> {
+pub(crate) fn constants(
+    config: &Config,
+    scene: &SceneBuffers,
+    input: &FrameInput,
+    history: &History,
+) -> Result<Frame, Error> {
     let grid = Grid::new(input.light_direction, scene)?;
     let eye = input.camera.eye - input.origin;
     let units = DVec2::new(eye.dot(grid.axes[0]), eye.dot(grid.axes[1])) / grid.page;
     let whole = units.floor();
     let inside = units - whole;
-    let page = |v: f64, anchor: i64| (v - anchor as f64).clamp(-1e9, 1e9) as i32;
+    let page = |v: f64| (v - f64::from(ANCHOR)).clamp(-1e9, 1e9) as i32;
     let word = |v: DVec3, w: f64| [v.x as f32, v.y as f32, v.z as f32, w as f32];
     let interior = f64::from(config.page_texels - 2 * config.gutter);
-    let range = grid.depth[1] - grid.depth[0];
+    let range = 2.0 * grid.reach;
+    let bias = f64::from(config.level_bias + history.bias);
     // rounding of a light-space depth: a few units in the last place of the largest coordinate
-    let rounding = 8.0 * f64::from(f32::EPSILON) * grid.reach.max(range);
+    let rounding = 8.0 * f64::from(f32::EPSILON) * range;
     Ok(Frame {
         light_x: word(grid.axes[0], inside.x),
         light_y: word(grid.axes[1], inside.y),
-        light_z: word(grid.axes[2], eye.dot(grid.axes[2]) - grid.depth[0]),
-        eye_page: [page(whole.x, grid.anchor[0]), page(whole.y, grid.anchor[1]), 0, 0],
-        anchor_page: [grid.anchor[0] as i32, grid.anchor[1] as i32, 0, 0],
-        page: [grid.page as f32, (1.0 / grid.page) as f32, (1.0 / range) as f32, grid.depth[0] as f32],
+        light_z: word(grid.axes[2], eye.dot(grid.axes[2]) + grid.reach),
+        eye_page: [page(whole.x), page(whole.y), 0, 0],
+        anchor_page: [ANCHOR, ANCHOR, 0, 0],
+        page: [grid.page as f32, (1.0 / grid.page) as f32, (1.0 / range) as f32, -grid.reach as f32],
         rule: [
-            ((interior / grid.page).powi(2) * (2.0 * f64::from(config.level_bias)).exp2()) as f32,
+            ((interior / grid.page).powi(2) * (2.0 * bias).exp2()) as f32,
             config.bias_texels,
             rounding as f32,
             interior as f32,
         ],
         size: [config.size[0], config.size[1], u32::from(config.level_rule == LevelRule::MinLength), 0],
+        cache: [history.flags, history.frame, config.still_frames, history.page_cost],
+        drift: [(grid.reach * interior / grid.page) as f32, config.drift_texels, 0.0, 0.0],
         ..camera_constants(config.size, input)
     })
 }

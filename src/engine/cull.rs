@@ -1,10 +1,11 @@
-//! Which cluster is drawn into which page, and which of its triangles.
-//! Reads: nodes, pages, casters. Writes: pairs page by page, draw commands, compacted indices, admission of pages.
-//! At capacity of pairs: the roots and the pages with the most pixels per pair are admitted, the rest is refused before
+//! Which cluster is drawn into which page, and which of its triangles: instances against the pages that are drawn, then
+//! their clusters, then triangles.
+//! Reads: nodes, pages, instances, clusters. Writes: pairs page by page, draw commands, compacted indices, admission.
+//! At capacity of pairs: the roots and the pages with the most pixels per cost are admitted, the rest is put off before
 //! anything is drawn into it. At capacity of indices: whole clusters are drawn.
 
 use super::buffers::{Buffers, arguments};
-use crate::gpu::structs::{CasterPush, TrianglePush};
+use crate::gpu::structs::{ItemPush, TrianglePush};
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Compute, Gpu, spirv};
 use crate::host::SceneBuffers;
@@ -14,12 +15,22 @@ use std::sync::Arc;
 
 const DISPATCH_X: u32 = 32768;
 
+/// Workgroups of 64 threads for a list.
+pub(super) fn groups(threads: u32) -> [u32; 3] {
+    let groups = threads.div_ceil(64);
+    [groups.min(DISPATCH_X), groups.div_ceil(DISPATCH_X), 1]
+}
+
 pub(crate) struct Cull {
-    count: Compute,
+    prepare: Compute,
+    touch: Compute,
+    instances: Compute,
+    /// For each layer.
+    count: [Compute; 2],
     admit: Compute,
-    emit: Compute,
+    emit: [Compute; 2],
     triangles: Compute,
-    casters: CasterPush,
+    instance_count: u32,
     first_compacted: u32,
     device: ash::Device,
 }
@@ -31,34 +42,54 @@ impl Cull {
         let (counters, nodes) = (Binding::Storage(&b.counters), Binding::Storage(&b.nodes));
         let (pages, counts, pairs) =
             (Binding::Storage(&b.pages), Binding::Storage(&b.pair_counts), Binding::Storage(&b.pairs));
-        let (casters, clusters) = (Binding::External(scene.casters), Binding::External(scene.clusters));
-        let instances = Binding::External(scene.instances);
-        let push = size_of::<CasterPush>();
+        let (instances, meshes) = (Binding::External(scene.instances), Binding::External(scene.meshes));
+        let clusters = Binding::External(scene.clusters);
+        let items = [Binding::Storage(&b.items[0]), Binding::Storage(&b.items[1])];
+        let arguments = Binding::Storage(&b.arguments);
+        let count = |layer: usize| {
+            let bindings = [frame, counters, nodes, items[layer], instances, meshes, clusters, pages, counts];
+            Compute::new(gpu, "cull_count", spirv!("engine/cull_count.comp"), &bindings, &page, 4)
+        };
+        let emit = |layer: usize| {
+            let bindings = [frame, counters, nodes, items[layer], instances, meshes, clusters, pages, counts, pairs];
+            let constants = [page[0], page[1], config.pair_capacity];
+            Compute::new(gpu, "cull_emit", spirv!("engine/cull_emit.comp"), &bindings, &constants, 4)
+        };
         Ok(Self {
-            count: Compute::new(
+            prepare: Compute::new(
                 gpu,
-                "cull_count",
-                spirv!("engine/cull_count.comp"),
-                &[frame, counters, nodes, casters, clusters, instances, counts],
-                &page,
-                push,
+                "cull_prepare",
+                spirv!("engine/cull_prepare.comp"),
+                &[counters, arguments],
+                &[DISPATCH_X],
+                size_of::<ItemPush>(),
             )?,
+            touch: Compute::new(
+                gpu,
+                "cull_touch",
+                spirv!("engine/cull_touch.comp"),
+                &[frame, counters, nodes, items[1], instances, meshes, clusters],
+                &page,
+                0,
+            )?,
+            instances: Compute::new(
+                gpu,
+                "cull_instances",
+                spirv!("engine/cull_instances.comp"),
+                &[frame, counters, nodes, instances, meshes, Binding::Storage(&b.tracked), pages, items[0]],
+                &page,
+                4,
+            )?,
+            count: [count(0)?, count(1)?],
             admit: Compute::new(
                 gpu,
                 "cull_admit",
                 spirv!("engine/cull_admit.comp"),
-                &[counters, pages, counts, Binding::Storage(&b.arguments), nodes],
+                &[frame, counters, pages, counts, arguments, nodes],
                 &[config.pair_capacity, DISPATCH_X],
                 4,
             )?,
-            emit: Compute::new(
-                gpu,
-                "cull_emit",
-                spirv!("engine/cull_emit.comp"),
-                &[frame, counters, nodes, casters, clusters, instances, counts, pages, pairs],
-                &[page[0], page[1], config.pair_capacity],
-                push,
-            )?,
+            emit: [emit(0)?, emit(1)?],
             triangles: Compute::new(
                 gpu,
                 "cull_triangles",
@@ -68,7 +99,6 @@ impl Cull {
                     counters,
                     pages,
                     pairs,
-                    casters,
                     clusters,
                     instances,
                     Binding::External(scene.positions),
@@ -79,22 +109,49 @@ impl Cull {
                 &[page[0], page[1], config.pair_capacity, config.index_capacity, config.cull_group],
                 size_of::<TrianglePush>(),
             )?,
-            casters: CasterPush { caster_count: scene.caster_count, first_masked: scene.first_masked },
+            instance_count: scene.instance_count,
             first_compacted: scene.index_count,
             device: gpu.device.clone(),
         })
     }
 
-    /// Counts the pairs and admits pages.
-    pub(crate) fn record_admission(&self, cmd: vk::CommandBuffer) {
-        self.count.dispatch(cmd, &self.casters, self.groups());
+    /// Dispatch size over the runs of a layer.
+    fn record_prepare(&self, cmd: vk::CommandBuffer, layer: usize) {
+        let push = ItemPush { layer: layer as u32, argument: arguments::ITEMS[layer] };
+        self.prepare.dispatch(cmd, &push, [1, 1, 1]);
+        sync::barrier(
+            &self.device,
+            cmd,
+            &[(Access::ComputeWrite, Access::ComputeWrite), (Access::ComputeWrite, Access::IndirectRead)],
+        );
+    }
+
+    /// Marks the pages that moving clusters touch.
+    pub(crate) fn record_touch(&self, cmd: vk::CommandBuffer, b: &Buffers) {
+        self.record_prepare(cmd, 1);
+        self.touch.dispatch_indirect(cmd, &(), &b.arguments, 4 * u64::from(arguments::ITEMS[1]));
+    }
+
+    /// Counts the pairs of the pages that are drawn and admits pages.
+    pub(crate) fn record_admission(&self, cmd: vk::CommandBuffer, b: &Buffers) {
+        self.instances.dispatch(cmd, &self.instance_count, groups(self.instance_count));
         sync::barrier(&self.device, cmd, &[(Access::ComputeWrite, Access::ComputeWrite)]);
-        self.admit.dispatch(cmd, &arguments::CULL, [1, 1, 1]);
+        self.record_prepare(cmd, 0);
+        self.record_layers(cmd, b, &self.count);
+        sync::barrier(&self.device, cmd, &[(Access::ComputeWrite, Access::ComputeWrite)]);
+        self.admit.dispatch(cmd, &arguments::TRIANGLES[0], [1, 1, 1]);
     }
 
     /// Writes the pairs.
-    pub(crate) fn record_pairs(&self, cmd: vk::CommandBuffer) {
-        self.emit.dispatch(cmd, &self.casters, self.groups());
+    pub(crate) fn record_pairs(&self, cmd: vk::CommandBuffer, b: &Buffers) {
+        self.record_layers(cmd, b, &self.emit);
+    }
+
+    /// Both layers touch different words.
+    fn record_layers(&self, cmd: vk::CommandBuffer, b: &Buffers, passes: &[Compute; 2]) {
+        for (layer, pass) in passes.iter().enumerate() {
+            pass.dispatch_indirect(cmd, &(layer as u32), &b.arguments, 4 * u64::from(arguments::ITEMS[layer]));
+        }
     }
 
     /// Turns pairs into draws.
@@ -104,10 +161,5 @@ impl Cull {
             let offset = 4 * u64::from(arguments::TRIANGLES[masked as usize]);
             self.triangles.dispatch_indirect(cmd, &push, &b.arguments, offset);
         }
-    }
-
-    fn groups(&self) -> [u32; 3] {
-        let groups = self.casters.caster_count.div_ceil(64);
-        [groups.min(DISPATCH_X), groups.div_ceil(DISPATCH_X), 1]
     }
 }

@@ -9,6 +9,7 @@ use ash::vk;
 impl Engine {
     /// Records one frame. Commands do not depend on what the GPU finds.
     pub(super) fn record_timeline(&self, cmd: vk::CommandBuffer, constants: &Frame, mut timer: Option<&mut Timer>) {
+        let draws = self.steering.pages();
         let device = &self.gpu.device;
         let b = &self.buffers;
         let size = self.config.size;
@@ -31,6 +32,8 @@ impl Engine {
                 (GraphicsRead, TransferWrite),
                 (IndirectRead, TransferWrite),
                 (TransferRead, TransferWrite),
+                (GraphicsRead, ComputeWrite),
+                (IndirectRead, ComputeWrite),
             ],
         );
         // SAFETY: the command buffer is recording; the constants are smaller than 64 KiB
@@ -81,15 +84,30 @@ impl Engine {
         }
 
         sync::barrier(device, cmd, &[(IndirectRead, ComputeWrite)]);
-        self.allocate.record(cmd, b, &self.page_sort);
+        self.allocate.record_tree(cmd);
+        next();
+        self.cache.record_track(cmd);
+        next();
+        self.cache.record_invalidate(cmd);
+        next();
+        self.cull.record_touch(cmd, b);
+        next();
+        self.cache.record_adopt(cmd);
+        next();
+        stage("cache");
+
+        self.allocate.record_pages(cmd, b, &self.page_sort, draws);
         next();
         stage("allocate");
 
-        self.cull.record_admission(cmd);
+        sync::barrier(device, cmd, &[(IndirectRead, ComputeWrite)]);
+        self.cull.record_admission(cmd, b);
+        next();
+        self.cache.record_assign(cmd);
         sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite), (ComputeWrite, IndirectRead)]);
         // entries and pairs are independent; pairs dominate
         self.allocate.record_entries(cmd);
-        self.cull.record_pairs(cmd);
+        self.cull.record_pairs(cmd, b);
         sync::barrier(
             device,
             cmd,
@@ -109,7 +127,11 @@ impl Engine {
         );
         stage("cull");
 
-        sync::discard(device, cmd, &b.atlas, ComputeRead, DepthAttachment);
+        if constants.cache[1] == 1 {
+            sync::discard(device, cmd, &b.atlas, ComputeRead, DepthAttachment);
+        } else {
+            sync::image(device, cmd, &b.atlas, ComputeRead, DepthAttachment);
+        }
         self.tiles.record(cmd, b);
         sync::image(device, cmd, &b.atlas, DepthAttachment, ComputeRead);
         stage("tiles");

@@ -3,6 +3,7 @@
 
 pub(crate) mod allocate;
 pub(crate) mod buffers;
+pub(crate) mod cache;
 pub(crate) mod compact;
 pub(crate) mod constants;
 pub(crate) mod cull;
@@ -12,17 +13,19 @@ pub(crate) mod gradient;
 pub(crate) mod lookup;
 pub(crate) mod request;
 pub(crate) mod sort;
+mod steer;
 pub(crate) mod tiles;
 
 pub use depth_prepass::{DepthPrepass, MeshDraw};
 
 use crate::config::RequestRoute;
-use crate::gpu::structs::Counters;
+use crate::gpu::structs::{Counters, frame_flags};
 use crate::gpu::{Gpu, HostDevice, Timer};
 use crate::host::{FrameInput, Receivers, SceneBuffers};
 use crate::{Config, Error};
 use ash::vk;
 use buffers::Buffers;
+use constants::History;
 use std::sync::Arc;
 
 /// The engine: one light, one view, one scene.
@@ -34,10 +37,14 @@ pub struct Engine {
     sort: Option<sort::Sort>,
     compact: Option<compact::Compact>,
     page_sort: sort::Sort,
+    cache: cache::Cache,
     allocate: allocate::Allocate,
     cull: cull::Cull,
     tiles: tiles::Tiles,
     lookup: lookup::Lookup,
+    steering: steer::Steering,
+    history: History,
+    light: Option<[[f32; 4]; 2]>,
     scene: SceneBuffers,
     gpu: Arc<Gpu>,
 }
@@ -70,9 +77,15 @@ impl Engine {
     ) -> Result<Self, Error> {
         config.check(gpu.limits.max_image_array_layers.min(gpu.limits.max_framebuffer_layers))?;
         // a caster lies on at most all four roots, which must always be drawn
-        let pair_capacity = config.pair_capacity.max(scene.caster_count.saturating_mul(4));
-        let config = &Config { pair_capacity, ..config.clone() };
-        let b = Buffers::new(gpu, config)?;
+        let least = scene.caster_count.saturating_mul(4);
+        if config.pair_capacity < least {
+            return Err(Error::Limit {
+                field: "pair_capacity",
+                given: config.pair_capacity.to_string(),
+                limit: format!("at least {least}, four for each of the scene's {} clusters", scene.caster_count),
+            });
+        }
+        let b = Buffers::new(gpu, config, scene)?;
         let page_sort = sort::Sort::new(gpu, &b.counters, &b.arguments, sort::Sorted::Pages, config.page_capacity())?;
         let sort = match config.route {
             RequestRoute::Flags => None,
@@ -88,6 +101,7 @@ impl Engine {
         Ok(Self {
             gradient: gradient::Gradient::for_engine(gpu, &b, receivers)?,
             request,
+            cache: cache::Cache::new(gpu, config, &b, scene)?,
             allocate: allocate::Allocate::new(gpu, config, &b, compact.as_ref(), &page_sort)?,
             cull: cull::Cull::new(gpu, config, &b, scene)?,
             tiles: tiles::Tiles::new(gpu, config, &b, scene)?,
@@ -96,6 +110,9 @@ impl Engine {
             compact,
             page_sort,
             buffers: b,
+            steering: steer::Steering::new(config),
+            history: History::default(),
+            light: None,
             config: config.clone(),
             scene: *scene,
             gpu: gpu.clone(),
@@ -120,9 +137,32 @@ impl Engine {
         input: &FrameInput,
         timer: Option<&mut Timer>,
     ) -> Result<(), Error> {
-        let constants = constants::constants(&self.config, &self.scene, input)?;
+        let first = self.history.frame == 0;
+        let forget = u32::from(first || !self.config.cache) * frame_flags::FORGET_PAGES
+            | u32::from(first) * frame_flags::FORGET_CASTERS;
+        let next = History {
+            flags: forget,
+            frame: self.history.frame + 1,
+            bias: self.steering.bias(),
+            page_cost: self.steering.page_cost(),
+        };
+        let mut constants = constants::constants(&self.config, &self.scene, input, &next)?;
+        let axis = |v: [f32; 4]| [v[0], v[1], v[2], 0.0];
+        let light = [axis(constants.light_x), axis(constants.light_z)];
+        if self.light != Some(light) {
+            constants.cache[0] |= frame_flags::LIGHT_MOVED;
+        }
+        (self.history, self.light) = (next, Some(light));
         self.record_timeline(cmd, &constants, timer);
         Ok(())
+    }
+
+    /// Tells how long the GPU took for a frame, in milliseconds, from which the engine steers its work towards
+    /// [`Config::target_ms`]; without a target nothing happens. `tiles_ms`: the part of it spent in culling and tiles, 0 where that is not known.
+    /// Call it once a frame, in order, with times of finished frames only.
+    pub fn steer(&mut self, gpu_ms: f64, tiles_ms: f64) {
+        let counters = self.counters();
+        self.steering.measured(gpu_ms, tiles_ms, &counters);
     }
 
     /// Counters of the last frame that the caller has waited for.

@@ -31,7 +31,7 @@ impl Request {
         receivers: &Receivers,
     ) -> Result<Self, Error> {
         let flags = config.route == RequestRoute::Flags;
-        let capacity = if flags { config.request_capacity } else { sort.capacity };
+        let capacity = if flags { config.request_capacity() } else { sort.capacity };
         let constants = [config.table_size(), u32::from(flags), capacity];
         let bindings = [
             Binding::Uniform(&b.frame),

@@ -28,7 +28,6 @@ impl Tiles {
             Binding::Uniform(&b.frame),
             Binding::Storage(&b.pages),
             Binding::Storage(&b.pairs),
-            Binding::External(scene.casters),
             Binding::External(scene.instances),
             Binding::External(scene.materials),
             Binding::External(scene.texels),
@@ -40,14 +39,14 @@ impl Tiles {
                 gpu,
                 "tiles_clear",
                 &Shaders { vertex: spirv!("engine/tiles_clear.vert"), fragment: None, constants: &[] },
-                &[bindings[1]],
+                &[Binding::Storage(&b.cleared)],
                 &clear,
             )?,
             opaque: Graphics::new(
                 gpu,
                 "tiles",
                 &Shaders { vertex: spirv!("engine/tiles.vert"), fragment: None, constants: &constants },
-                &bindings[..5],
+                &bindings[..4],
                 &state(false),
             )?,
             masked: Graphics::new(
@@ -94,7 +93,7 @@ impl Tiles {
             self.masked.bind(cmd)
         }
         self.draw(cmd, b, false);
-        if self.scene.first_masked < self.scene.caster_count {
+        if self.scene.alpha_tested {
             self.masked.bind(cmd);
             self.draw(cmd, b, true);
         }

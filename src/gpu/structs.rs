@@ -21,6 +21,15 @@ pub struct Frame {
     pub page: [f32; 4],
     pub rule: [f32; 4],
     pub size: [u32; 4],
+    pub cache: [u32; 4],
+    pub drift: [f32; 4],
+}
+
+/// Bits of `Frame::cache[0]`.
+pub(crate) mod frame_flags {
+    pub(crate) const FORGET_PAGES: u32 = 1;
+    pub(crate) const FORGET_CASTERS: u32 = 2;
+    pub(crate) const LIGHT_MOVED: u32 = 4;
 }
 
 /// One page of the quadtree; see `glsl/shared/structs.glsl`.
@@ -31,24 +40,58 @@ pub struct Node {
     pub key: u32,
     pub own: u32,
     pub below: u32,
-    pub rank: u32,
+    pub cost: u32,
+    pub ranks: u32,
     pub parent: u32,
     pub page: u32,
+    pub slot: u32,
+    pub marks: u32,
     pub child: [u32; 4],
 }
 
-/// A page that has a layer of the atlas.
+/// A page chosen in a frame.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[allow(missing_docs)]
 pub struct Page {
     pub key: u32,
-    pub slot: u32,
     pub node: u32,
+    pub slot: u32,
+    pub dynamic_slot: u32,
+    pub draws: u32,
     pub admitted: u32,
     pub origin: [f32; 2],
     pub scale: f32,
     pub pad: u32,
+}
+
+/// A layer of the atlas, from frame to frame.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct Slot {
+    pub axis_x: [f32; 3],
+    pub key: u32,
+    pub axis_z: [f32; 3],
+    pub valid: u32,
+    pub seen: u32,
+    pub used: u32,
+}
+
+/// What is known of an instance from the frames before.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct Tracked {
+    pub rows: [[f32; 4]; 3],
+    pub bounds: [f32; 4],
+    pub material: u32,
+    pub revision: u32,
+    pub flags: u32,
+    pub state: u32,
+    pub since: u32,
+    pub patience: u32,
+    pub pad: [u32; 2],
 }
 
 /// Counters of one frame; they keep counting beyond the capacities.
@@ -63,33 +106,53 @@ pub struct Counters {
     pub failed: u32,
     pub shift: u32,
     pub threshold: u32,
+    pub draw_threshold: u32,
+    pub draws_asked: u32,
     pub pages: u32,
+    pub hits: u32,
+    pub stale: u32,
     pub admitted: u32,
+    pub drawn: u32,
+    pub drawn_dynamic: u32,
+    pub deferred: u32,
+    pub evicted: u32,
+    pub invalidated: u32,
     pub pairs_opaque: u32,
     pub pairs_masked: u32,
     pub pairs_asked: u32,
     pub indices: u32,
     pub triangles: u32,
     pub sorted: u32,
-    pub pad: [u32; 3],
+    pub changed: u32,
+    pub dynamics: u32,
+    pub items: [u32; 2],
+    pub pad: [u32; 2],
     pub roots: [u32; 4],
     pub requested: [u32; 16],
     pub resident: [u32; 16],
     pub refused: [u32; 16],
 }
 
-/// A caster: one cluster of one instance.
+/// Bounds of a mesh in mesh space and its clusters.
 #[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
-pub struct Caster {
-    /// Index of the instance.
-    pub instance: u32,
-    /// Index of the cluster.
-    pub cluster: u32,
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct MeshBounds {
+    /// Centre of the axis-aligned bounds of all its clusters.
+    pub center: [f32; 3],
+    /// Index of its first cluster.
+    pub first_cluster: u32,
+    /// Half the size of the bounds.
+    pub extent: [f32; 3],
+    /// Number of its clusters.
+    pub cluster_count: u32,
 }
 
-/// Bytes of a `Pair` (page, caster).
-pub(crate) const PAIR_BYTES: u64 = 8;
+/// Bytes of an `Item`, a run of clusters of an instance.
+pub(crate) const ITEM_BYTES: u64 = 8;
+/// Clusters of a run.
+pub(crate) const RUN: u32 = 8;
+/// Bytes of a `Pair` (target, instance, cluster).
+pub(crate) const PAIR_BYTES: u64 = 12;
 /// Bytes of a `VkDrawIndexedIndirectCommand`.
 pub(crate) const COMMAND_BYTES: u64 = 20;
 
@@ -124,13 +187,22 @@ pub struct PreparePush {
     pub argument: u32,
 }
 
-/// Push constants of `cull_count` and `cull_emit`.
+/// Push constants of `allocate_choose`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 #[allow(missing_docs)]
-pub struct CasterPush {
-    pub caster_count: u32,
-    pub first_masked: u32,
+pub struct ChoosePush {
+    pub draw_budget: i32,
+    pub draws: u32,
+}
+
+/// Push constants of `cull_prepare`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct ItemPush {
+    pub layer: u32,
+    pub argument: u32,
 }
 
 /// Push constants of `cull_triangles`.

@@ -2,6 +2,7 @@
 
 mod device;
 mod meshlets;
+mod motion;
 #[doc(hidden)]
 pub mod stages;
 mod upload;
@@ -14,7 +15,7 @@ use crate::gpu::sync::{self, Access};
 use crate::gpu::{Buffer, Gpu, Image, Memory, Timer, structs::Frame};
 use crate::host::{FrameInput, SceneBuffers};
 use crate::methods::FrameTimes;
-use crate::scene::Scene;
+use crate::scene::{Motion, Scene};
 use crate::truth::{GBuffer, Reference, Tracer};
 use crate::{Camera, Error, Light};
 use ash::vk;
@@ -70,6 +71,7 @@ pub struct Lab {
     buffers: SceneBuffers,
     _storage: Vec<Buffer>,
     scene: Scene,
+    motion: Option<Motion>,
     view: View,
     tracer: OnceCell<Tracer>,
     gbuffer: OnceCell<Rc<GBuffer>>,
@@ -109,6 +111,7 @@ impl Lab {
             buffers,
             _storage: storage,
             scene,
+            motion: None,
             view,
             tracer: OnceCell::new(),
             gbuffer: OnceCell::new(),

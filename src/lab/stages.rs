@@ -6,7 +6,7 @@ use crate::engine::Engine;
 use crate::engine::allocate::Allocate;
 use crate::engine::buffers::{Buffers, arguments};
 use crate::engine::compact::Compact;
-use crate::engine::constants::constants;
+use crate::engine::constants::{History, constants};
 use crate::engine::gradient::Gradient;
 use crate::engine::request::Request;
 use crate::engine::sort::{BLOCK, Sort, Sorted};
@@ -91,9 +91,9 @@ fn read_counters(lab: &Lab, b: &Buffers) -> Result<Counters> {
 fn small(size: [u32; 2]) -> Config {
     let page_texels = 64;
     Config {
-        atlas_bytes: 8 * 4 * 64 * 64,
+        atlas_bytes: 16 * 4 * 64 * 64,
         page_texels,
-        request_capacity: 1024,
+        page_table_bytes: 480 << 10,
         pair_capacity: 1024,
         ..Config::new(size)
     }
@@ -118,7 +118,7 @@ pub struct Compacted {
 impl SortStage {
     /// Sorts requests or, with `pages`, selected pages; at most `capacity`.
     pub fn new(lab: &Lab, capacity: u32, pages: bool) -> Result<Self> {
-        let b = Buffers::new(&lab.gpu, &small([8, 8]))?;
+        let b = Buffers::new(&lab.gpu, &small([8, 8]), &lab.buffers)?;
         let what = if pages { Sorted::Pages } else { Sorted::Requests };
         let sort = Sort::new(&lab.gpu, &b.counters, &b.arguments, what, capacity)?;
         let compact = Compact::new(&lab.gpu, &b, &sort)?;
@@ -192,8 +192,8 @@ impl ScreenStage {
             Image::new(&lab.gpu, name, &ImageSpec { format, width: size[0], height: size[1], layers: 0, usage })
         };
         let keys = if route == RequestRoute::Flags { capacity } else { 1024 };
-        let config = Config { route, request_capacity: keys, ..small(size) };
-        let mut b = Buffers::new(&lab.gpu, &config)?;
+        let config = Config { route, page_table_bytes: 480 * u64::from(keys), ..small(size) };
+        let mut b = Buffers::new(&lab.gpu, &config, &lab.buffers)?;
         b.receiver = image("receiver planes", vk::Format::R32G32B32A32_UINT, U::STORAGE | U::TRANSFER_SRC)?;
         let depth = image("depth", vk::Format::D32_SFLOAT, U::empty())?;
         let normal = image("normal", vk::Format::R32_UINT, U::empty())?;
@@ -298,10 +298,10 @@ impl Table {
 impl AllocateStage {
     /// Capacities and level bias are those of `config`; `request_capacity` may be any power of two.
     pub fn new(lab: &Lab, config: &Config) -> Result<Self> {
-        let b = Buffers::new(&lab.gpu, config)?;
+        let b = Buffers::new(&lab.gpu, config, &lab.buffers)?;
         let sorts = |what, capacity| Sort::new(&lab.gpu, &b.counters, &b.arguments, what, capacity);
         // compact needs the sort only for its buffers
-        let compact = Compact::new(&lab.gpu, &b, &sorts(Sorted::Requests, 8 * config.request_capacity)?)?;
+        let compact = Compact::new(&lab.gpu, &b, &sorts(Sorted::Requests, 8 * config.request_capacity())?)?;
         let page_sort = sorts(Sorted::Pages, config.page_capacity())?;
         let allocate = Allocate::new(&lab.gpu, config, &b, Some(&compact), &page_sort)?;
         Ok(Self { config: config.clone(), b, compact, page_sort, allocate })
@@ -317,15 +317,20 @@ impl AllocateStage {
         drawn: impl Fn(u32) -> bool,
     ) -> Result<Table> {
         let b = &self.b;
-        assert!(requests.len() <= 8 * self.config.request_capacity as usize, "more requests than the list holds");
+        assert!(requests.len() <= 8 * self.config.request_capacity() as usize, "more requests than the list holds");
         clear(lab, &[&b.table_keys, &b.nodes, &b.histogram, &b.entries])?;
         write(lab, &b.frame, std::slice::from_ref(frame))?;
         write(lab, &self.compact.keys, &requests.iter().map(|r| r.0).collect::<Vec<_>>())?;
         write(lab, &self.compact.counts, &requests.iter().map(|r| r.1).collect::<Vec<_>>())?;
         write(lab, &b.counters, &[Counters { unique: runs, ..Counters::zeroed() }])?;
-        lab.submit(|cmd| self.allocate.record(cmd, b, &self.page_sort))?;
+        lab.submit(|cmd| {
+            self.allocate.record_tree(cmd);
+            sync::barrier(&lab.gpu.device, cmd, &[(ComputeWrite, ComputeWrite)]);
+            self.allocate.record_pages(cmd, b, &self.page_sort, 2 * self.config.page_capacity());
+        })?;
         let mut pages = Table::read(lab, b)?.pages;
-        for page in &mut pages {
+        for (slot, page) in (0..).zip(&mut pages) {
+            page.slot = slot;
             page.admitted = u32::from(drawn(page.key));
         }
         write(lab, &b.pages, &pages)?;
@@ -376,7 +381,7 @@ pub fn prepass(lab: &Lab) -> Result<(Vec<f32>, Vec<u32>)> {
 
 /// Constants of a frame of the lab's scene and view.
 pub fn frame_constants(lab: &Lab, config: &Config) -> Result<Frame> {
-    Ok(constants(config, &lab.buffers, &lab.frame_input())?)
+    Ok(constants(config, &lab.buffers, &lab.frame_input(), &History::default())?)
 }
 
 /// One dispatch writes a buffer and the next reads it; without `barrier` they race.

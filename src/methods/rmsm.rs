@@ -8,7 +8,7 @@ use crate::engine::Engine;
 use crate::engine::constants::{Grid, ROOT_LEVEL};
 use crate::gpu::sync::Access;
 use crate::lab::{Lab, LabError};
-use crate::{Config, Error, LevelRule, RequestRoute};
+use crate::{Config, Error, LevelRule, Pressure, RequestRoute};
 
 const PARAMETERS: &[Parameter] = &[
     Parameter {
@@ -35,16 +35,52 @@ const PARAMETERS: &[Parameter] = &[
     },
     super::CULL,
     Parameter {
-        key: "pairs",
-        default: "131072",
-        allowed: "1024 to 1048576",
-        meaning: "most (cluster, page) pairs a frame",
+        key: "pressure",
+        default: "demand",
+        allowed: "demand, histogram or level",
+        meaning: "which pages give way when the atlas is full",
     },
     Parameter {
-        key: "keys",
-        default: "16384",
-        allowed: "1024 to 65536, a power of two",
-        meaning: "most distinct pages asked for",
+        key: "table_kib",
+        default: "7680",
+        allowed: "480 to 30720",
+        meaning: "device memory of the page table in KiB",
+    },
+    Parameter {
+        key: "pages",
+        default: "256",
+        allowed: "16 to 4096",
+        meaning: "most layers of the atlas drawn in a frame",
+    },
+    Parameter {
+        key: "pairs",
+        default: "131072",
+        allowed: "1024 to 1048576, at least 4 for each cluster of the scene",
+        meaning: "most (cluster, page) pairs drawn in a frame",
+    },
+    Parameter {
+        key: "cache",
+        default: "on",
+        allowed: "on or off",
+        meaning: "whether pages are kept from frame to frame; off: each frame is a cold one, without a limit of pages",
+    },
+    Parameter {
+        key: "still",
+        default: "16",
+        allowed: "1 to 10000",
+        meaning: "frames after which a caster that stands still is cached",
+    },
+    Parameter {
+        key: "drift",
+        default: "0.5",
+        allowed: "0 to 16",
+        meaning: "texels by which cached shadows may be off while the sun moves",
+    },
+    Parameter {
+        key: "target_ms",
+        default: "0",
+        allowed: "0 to 1000000",
+        meaning: "GPU time a frame that pages per frame and level bias are steered to; 0: none",
     },
 ];
 
@@ -72,11 +108,19 @@ pub(super) fn config(spec: &MethodSpec, size: [u32; 2]) -> Result<Config, LabErr
     config.gutter = spec.u32_in("gutter", config.gutter, 1..=8)?;
     config.bias_texels = spec.f32_in("depth_bias", config.bias_texels, 0.0..=16.0)?;
     config.cull = super::cull(spec)?;
+    config.pressure = match spec.one_of("pressure", "demand", &["demand", "histogram", "level"])? {
+        "histogram" => Pressure::Histogram,
+        "level" => Pressure::Level,
+        _ => Pressure::Demand,
+    };
+    config.page_table_bytes =
+        u64::from(spec.u32_in("table_kib", (config.page_table_bytes >> 10) as u32, 480..=30720)?) << 10;
+    config.pages_per_frame = spec.u32_in("pages", config.pages_per_frame, 16..=4096)?;
     config.pair_capacity = spec.u32_in("pairs", config.pair_capacity, 1024..=1 << 20)?;
-    config.request_capacity = spec
-        .one_of("keys", "16384", &["1024", "2048", "4096", "8192", "16384", "32768", "65536"])?
-        .parse()
-        .unwrap_or(config.request_capacity);
+    config.cache = spec.one_of("cache", "on", &["on", "off"])? == "on";
+    config.still_frames = spec.u32_in("still", config.still_frames, 1..=10_000)?;
+    config.drift_texels = spec.f32_in("drift", config.drift_texels, 0.0..=16.0)?;
+    config.target_ms = spec.f32_in("target_ms", config.target_ms, 0.0..=1e6)?;
     Ok(config)
 }
 
@@ -112,6 +156,8 @@ impl Method for Rmsm {
         let mut recorded = Ok(());
         let times = lab.frame(|cmd, timer| recorded = self.engine.record_timed(cmd, &input, Some(timer)))?;
         recorded?;
+        let tiles_ms = times.stages.iter().filter(|s| matches!(s.0, "cull" | "tiles")).map(|s| s.1).sum();
+        self.engine.steer(times.ms, tiles_ms);
         Ok(times)
     }
 
@@ -139,16 +185,25 @@ impl Method for Rmsm {
         let finest = levels.iter().find(|l| l.resident > 0).map_or(ROOT_LEVEL as u32, |l| l.level);
         let texel = grid.page * f64::from(1u32 << finest) / interior;
         Ok(Statistics {
-            effective_resolution: grid.page * f64::from(1 << ROOT_LEVEL) / texel,
+            effective_resolution: grid.extent() / texel,
             levels,
             counters: [
                 ("requests", c.leaves),
                 ("nodes", c.leaves + c.nodes),
                 ("failed_insertions", c.failed),
                 ("coarsened_levels", c.shift),
-                ("pages_selected", c.pages),
-                ("pages_drawn", c.admitted),
+                ("pages_requested", c.pages),
+                ("pages_hit", c.hits),
+                ("pages_stale", c.stale),
+                ("pages_serving", c.admitted),
+                ("pages_drawn", c.drawn + c.drawn_dynamic),
+                ("pages_drawn_dynamic", c.drawn_dynamic),
+                ("pages_deferred", c.deferred),
+                ("pages_evicted", c.evicted),
+                ("pages_invalidated", c.invalidated),
                 ("page_capacity", config.page_capacity()),
+                ("moving_instances", c.dynamics),
+                ("changed_bounds", c.changed),
                 ("pairs", c.pairs_asked),
                 ("pairs_drawn", c.pairs_opaque + c.pairs_masked),
                 ("triangles_drawn", c.triangles),

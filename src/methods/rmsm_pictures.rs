@@ -20,8 +20,8 @@ const EMPTY: [u8; 3] = [24, 24, 28];
 pub(super) fn draw(engine: &Engine, lab: &Lab) -> Result<Vec<DebugPicture>, LabError> {
     let entries = entries(engine, lab)?;
     let [width, height] = lab.view().size;
-    let level = |e: &u32| if *e == 0 { f32::NAN } else { (e >> 16 & 15) as f32 };
-    let page = |e: &u32| if *e == 0 { u32::MAX } else { e & 0xffff };
+    let level = |e: &u32| if *e == 0 { f32::NAN } else { (e >> 27 & 15) as f32 };
+    let page = |e: &u32| if *e == 0 { u32::MAX } else { e & 0x1fff };
     let by_level: Vec<_> = entries.iter().map(level).collect();
     let by_page: Vec<_> = entries.iter().map(page).collect();
     let pages = pages(engine, lab)?;

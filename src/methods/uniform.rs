@@ -2,7 +2,7 @@
 //! the part of the scene in the view frustum, or over the visible samples.
 
 use super::{FrameTimes, Method, MethodInfo, MethodSpec, Parameter, Statistics, hard_directional};
-use crate::engine::constants::{Grid, constants, light_axes};
+use crate::engine::constants::{Grid, History, constants, light_axes};
 use crate::engine::gradient::Gradient;
 use crate::gpu::structs::{Fit, Frame};
 use crate::gpu::sync::{self, Access};
@@ -283,7 +283,7 @@ impl Uniform {
 
 impl Method for Uniform {
     fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError> {
-        let constants = constants(&self.config, lab.scene_buffers(), &lab.frame_input())?;
+        let constants = constants(&self.config, lab.scene_buffers(), &lab.frame_input(), &History::default())?;
         let fixed = if self.settings.fit == FitTo::Samples { None } else { Some(self.fixed_fit(lab)?) };
         lab.frame(|cmd, timer| self.record(lab, cmd, timer, &constants, fixed))
     }
@@ -304,8 +304,7 @@ impl Method for Uniform {
         let fit: Fit = bytemuck::pod_read_unaligned(&lab.read_buffer(&self.fit)?[..size_of::<Fit>()]);
         let texel = f64::from(fit.texel[0].min(fit.texel[1]));
         let grid = Grid::new(lab.frame_input().light_direction, lab.scene_buffers())?;
-        let extent = grid.page * f64::from(1 << crate::engine::constants::ROOT_LEVEL);
-        Ok(Statistics { effective_resolution: extent / texel, ..Statistics::default() })
+        Ok(Statistics { effective_resolution: grid.extent() / texel, ..Statistics::default() })
     }
 }
 

@@ -1,7 +1,10 @@
 //! A scene of our own, made by code: a small temple, a tree, a fence and round bodies on a meadow of 24 x 24 m.
 
+mod knot;
 mod shapes;
 mod tree;
+
+pub(super) use knot::knot;
 
 use super::assemble::{Part, Surroundings, assemble};
 use super::materials::plain;
@@ -45,6 +48,7 @@ impl Builder {
             alpha_tested,
             instances,
             group: number as usize,
+            moves: None,
         });
     }
 }

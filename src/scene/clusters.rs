@@ -1,7 +1,7 @@
 //! Cuts a mesh's triangles into clusters of neighbours.
 
-use super::{CLUSTER_TRIANGLES, Cluster};
-use glam::Vec3;
+use super::{CLUSTER_TRIANGLES, Cluster, Mesh, Scene};
+use glam::{DVec3, Vec3};
 
 /// Triangle counts above which both halves of a split are worth two threads.
 const PARALLEL_TRIANGLES: usize = 1 << 14;
@@ -54,13 +54,31 @@ fn split(items: &mut [Item]) {
     }
 }
 
-fn bound(positions: &[[f32; 3]], triangles: &[[u32; 3]], first_index: u32) -> Cluster {
+/// The cluster of these triangles, corners being indices into `positions`.
+pub(super) fn bound(positions: &[[f32; 3]], triangles: &[[u32; 3]], first_index: u32) -> Cluster {
     let corners = || triangles.iter().flatten().map(|&i| Vec3::from(positions[i as usize]));
     let low = corners().fold(Vec3::INFINITY, Vec3::min);
     let high = corners().fold(Vec3::NEG_INFINITY, Vec3::max);
     let center = low * 0.5 + high * 0.5;
-    // the difference is exact in double precision but for huge ratios, so two steps up contain both ends
-    let reach = (high.as_dvec3() - center.as_dvec3()).max(center.as_dvec3() - low.as_dvec3()).as_vec3();
-    let extent = reach.to_array().map(|e| e.next_up().next_up());
+    let extent = reach(center, low.as_dvec3(), high.as_dvec3());
     Cluster { center: center.to_array(), first_index, extent, triangle_count: triangles.len() as u32 }
+}
+
+/// Half the edges of a box around `center` that contains both corners.
+fn reach(center: Vec3, low: DVec3, high: DVec3) -> [f32; 3] {
+    // the difference is exact in double precision but for huge ratios, so two steps up contain both ends
+    let reach = (high - center.as_dvec3()).max(center.as_dvec3() - low).as_vec3();
+    reach.to_array().map(|e| e.next_up().next_up())
+}
+
+/// Centre and half the edges of a box in mesh space that contains the boxes of all clusters of `mesh`, an entry of
+/// [`Scene::meshes`].
+pub fn mesh_bounds(scene: &Scene, mesh: &Mesh) -> ([f32; 3], [f32; 3]) {
+    let clusters = scene.clusters.iter().skip(mesh.first_cluster as usize).take(mesh.cluster_count as usize);
+    let boxes = clusters.map(|c| (Vec3::from(c.center).as_dvec3(), Vec3::from(c.extent).as_dvec3()));
+    let (low, high) = boxes.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), (center, extent)| {
+        (low.min(center - extent), high.max(center + extent))
+    });
+    let center = (low * 0.5 + high * 0.5).as_vec3();
+    (center.to_array(), reach(center, low, high))
 }

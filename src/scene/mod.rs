@@ -5,13 +5,19 @@ mod accessor;
 mod assemble;
 mod builtin;
 mod clusters;
+mod deform;
 mod file;
 mod gltf;
 mod images;
 mod materials;
+mod motion;
 mod nodes;
 mod pose;
 mod primitive;
+mod track;
+
+pub use clusters::mesh_bounds;
+pub use motion::{Changes, Motion};
 
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
@@ -114,7 +120,7 @@ pub struct Material {
 pub struct Scene {
     /// File stem, or `builtin`.
     pub name: String,
-    /// World position of the local zero: the centre of the world bounds.
+    /// World position of the local zero: the centre of the world bounds of the scene as loaded.
     pub origin: DVec3,
     /// Vertex positions in mesh space.
     pub positions: Vec<[f32; 3]>,
@@ -132,7 +138,7 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// All base-colour textures, RGBA8 as stored in the file (colour sRGB, alpha linear), R in the lowest byte.
     pub texels: Vec<u32>,
-    /// Lower corner of the world bounds of all instances.
+    /// Lower corner of the world bounds of all instances; of a scene that moves, at all times.
     pub bounds_min: DVec3,
     /// Upper corner.
     pub bounds_max: DVec3,
@@ -195,6 +201,17 @@ pub struct SceneError {
 /// with tested alpha exceed 120 MiB; `time_s` is not finite.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
     gltf::load(path, options)
+}
+
+/// Loads like [`load`], and what moves the scene where its file's first animation moves anything shown.
+///
+/// The bounds then hold at all times, parts that the animation deforms keep triangles that have no area at the start,
+/// and instances that it moves stay at scale 0.
+///
+/// # Errors
+/// As [`load`], and where the animation takes a part to a place that is not finite.
+pub fn load_moving(path: &Path, options: &LoadOptions) -> Result<(Scene, Option<Motion>), SceneError> {
+    gltf::load_moving(path, options)
 }
 
 /// The built-in scene.

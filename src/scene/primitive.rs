@@ -1,19 +1,16 @@
 //! One glTF primitive as a list of triangles in mesh space.
 
 use super::Attributes;
+use super::deform::{Binding, Rest};
 use super::file::File;
-use super::pose::Binding;
 use ::gltf::json::mesh::{Mode, Primitive, Semantic};
 use ::gltf::json::{Accessor, Index, validation::Checked};
 
 /// What a primitive holds before it is posed.
 pub(super) struct Geometry {
-    pub(super) positions: Vec<[f32; 3]>,
+    pub(super) rest: Rest,
     pub(super) attributes: Vec<Attributes>,
     pub(super) triangles: Vec<[u32; 3]>,
-    /// Position deltas of each morph target; empty where a target moves nothing.
-    pub(super) targets: Vec<Vec<[f32; 3]>>,
-    pub(super) binding: Option<Binding>,
     /// Smallest and largest vertex alpha.
     pub(super) alpha: [f32; 2],
     /// Whether the material's texture coordinates are missing.
@@ -50,11 +47,13 @@ pub(super) fn read(file: &File, primitive: &Primitive, uv_set: Option<u32>) -> R
     Ok(Geometry {
         attributes: (0..count).map(vertex).collect(),
         triangles: read_triangles(file, primitive, count)?,
-        targets: read_targets(file, primitive, count)?,
-        binding: read_binding(file, primitive, count)?,
+        rest: Rest {
+            targets: read_targets(file, primitive, count)?,
+            binding: read_binding(file, primitive, count)?,
+            positions,
+        },
         alpha: if colors.is_empty() { [1.0; 2] } else { [alphas.0 as f32 / 255.0, alphas.1 as f32 / 255.0] },
         lacks_uv: uv_set.is_some() && uvs.is_none(),
-        positions,
     })
 }
 

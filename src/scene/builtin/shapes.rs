@@ -6,10 +6,10 @@ use std::f64::consts::TAU;
 
 /// Vertices and triangles under construction.
 #[derive(Default)]
-pub(super) struct Shape {
-    pub(super) positions: Vec<DVec3>,
-    pub(super) attributes: Vec<Attributes>,
-    pub(super) triangles: Vec<[u32; 3]>,
+pub(in crate::scene) struct Shape {
+    pub(in crate::scene) positions: Vec<DVec3>,
+    pub(in crate::scene) attributes: Vec<Attributes>,
+    pub(in crate::scene) triangles: Vec<[u32; 3]>,
 }
 
 impl Shape {

@@ -1,0 +1,28 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "shared/frame.glsl"
+#include "shared/structs.glsl"
+#include "shared/key.glsl"
+
+// Finds the cached pages in this frame's quadtree.
+layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint TABLE_SIZE = 1024u;
+layout(constant_id = 1) const uint SLOTS = 1024u;
+layout(std140, binding = 0) uniform FrameBlock { Frame frame; };
+layout(std430, binding = 1) readonly buffer TableKeys { uint table_keys[]; };
+layout(std430, binding = 2) buffer Nodes { Node nodes[]; };
+layout(std430, binding = 3) buffer Slots { Slot slots[]; };
+
+#include "shared/table.glsl"
+
+void main() {
+    uint index = gl_GlobalInvocationID.x;
+    if (index >= SLOTS || slots[index].key == 0u) {
+        return;
+    }
+    uint node = table_find(slots[index].key);
+    if (node != NONE) {
+        nodes[node].slot = (index + 1u) | (slots[index].valid != 0u ? 0u : STALE);
+        slots[index].seen = frame.cache.y;
+    }
+}

@@ -1,0 +1,62 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "shared/frame.glsl"
+#include "shared/structs.glsl"
+#include "shared/key.glsl"
+
+// Marks cached pages that are no longer what a fresh page would be: a cached caster that touches or touched them
+// changed, or the light turned by more than their level tolerates.
+layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint PAGE_TEXELS = 128u;
+layout(constant_id = 1) const uint GUTTER = 0u;
+layout(constant_id = 2) const uint SLOTS = 1024u;
+layout(std140, binding = 0) uniform FrameBlock { Frame frame; };
+layout(std430, binding = 1) buffer CountersBlock { Counters counters; };
+layout(std430, binding = 2) readonly buffer Changed { vec4 changed[]; };
+layout(std430, binding = 3) buffer Slots { Slot slots[]; };
+layout(std430, binding = 4) buffer Order { uint order[]; };  // layers, least recently used first
+
+#include "shared/caster_bounds.glsl"
+
+// Texels of level 0 by which turned axes move the farthest caster.
+float drift(Slot slot) {
+    vec3 x = abs(vec3(slot.axis_x[0], slot.axis_x[1], slot.axis_x[2]) - frame.light_x.xyz);
+    vec3 z = abs(vec3(slot.axis_z[0], slot.axis_z[1], slot.axis_z[2]) - frame.light_z.xyz);
+    return frame.drift.x * (length(x) + length(z));
+}
+
+// Coarse levels bear more drift than fine ones. Pages of a level give up at different times, so that they are not all
+// drawn in the same frame.
+float tolerance(uint key) {
+    float early = 0.5 + 0.5 * float(hash(key) & 255u) / 255.0;
+    return frame.drift.y * early * exp2(float(key_level(key)));
+}
+
+void main() {
+    uint index = gl_GlobalInvocationID.x;
+    if (index >= SLOTS) {
+        return;
+    }
+    if ((frame.cache.x & FORGET_PAGES) != 0u) {
+        slots[index].key = 0u;
+        slots[index].valid = 0u;
+        slots[index].seen = 0u;
+        slots[index].used = 0u;
+        order[index] = index;
+        return;
+    }
+    Slot slot = slots[index];
+    if (slot.key == 0u || slot.valid == 0u) {
+        return;
+    }
+    bool wrong = (frame.cache.x & LIGHT_MOVED) != 0u && drift(slot) > tolerance(slot.key);
+    for (uint i = 0u; i < counters.changed && !wrong; i++) {
+        vec4 bounds = changed[i];
+        in_page_units(bounds.xy, bounds.zw);
+        wrong = !page_missed(slot.key, bounds.xy, bounds.zw);
+    }
+    if (wrong) {
+        slots[index].valid = 0u;
+        atomicAdd(counters.invalidated, 1u);
+    }
+}

@@ -1,0 +1,106 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "shared/frame.glsl"
+#include "shared/structs.glsl"
+#include "shared/key.glsl"
+
+// Compares every instance with what was known of it: which layer it is drawn into, which cached bounds it leaves and
+// which it enters, and the runs of clusters of those that move.
+layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint PAGE_TEXELS = 128u;
+layout(constant_id = 1) const uint GUTTER = 0u;
+layout(std140, binding = 0) uniform FrameBlock { Frame frame; };
+layout(std430, binding = 1) buffer CountersBlock { Counters counters; };
+layout(std430, binding = 2) readonly buffer Instances { Instance instances[]; };
+layout(std430, binding = 3) readonly buffer Meshes { MeshBounds meshes[]; };
+layout(std430, binding = 4) buffer TrackedInstances { Tracked tracked[]; };
+layout(std430, binding = 5) writeonly buffer Changed { vec4 changed[]; };  // light-space xy bounds, low and high
+layout(std430, binding = 6) writeonly buffer Items { Item items[]; };
+layout(push_constant) uniform Push {
+    uint instance_count;
+};
+
+#include "shared/caster_bounds.glsl"
+
+// A caster that moves again soon after it was cached waits longer the next time, up to this many times as long.
+const uint MAX_PATIENCE = 16u;
+const uint SOON = 4u;
+
+bool same(Instance instance, Tracked known) {
+    return instance.revision == known.revision && instance.flags == known.flags && instance.material == known.material &&
+        instance.rows[0] == known.rows[0] && instance.rows[1] == known.rows[1] && instance.rows[2] == known.rows[2];
+}
+
+uint next_state(uint policy, bool moved, inout Tracked known) {
+    uint patience = frame.cache.z;
+    if (policy == POLICY_NEVER) {
+        return CASTER_NONE;
+    }
+    if (policy == POLICY_ALWAYS) {
+        return CASTER_DYNAMIC;
+    }
+    // what has just appeared counts as standing still
+    if (policy == POLICY_STATIC || known.state == CASTER_UNKNOWN || known.state == CASTER_NONE) {
+        known.patience = patience;
+        return CASTER_STATIC;
+    }
+    uint still = frame.cache.y - known.since;
+    if (moved) {
+        if (known.state == CASTER_STATIC) {
+            bool soon = still < SOON * known.patience;
+            known.patience = soon ? min(2u * known.patience, MAX_PATIENCE * patience) : patience;
+        }
+        return CASTER_DYNAMIC;
+    }
+    return known.state == CASTER_DYNAMIC && still < known.patience ? CASTER_DYNAMIC : CASTER_STATIC;
+}
+
+void add_changed(vec4 bounds) { changed[atomicAdd(counters.changed, 1u)] = bounds; }
+
+void main() {
+    uint index = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u + gl_LocalInvocationIndex;
+    if (index >= instance_count) {
+        return;
+    }
+    Instance instance = instances[index];
+    Tracked known = tracked[index];
+    if ((frame.cache.x & FORGET_CASTERS) != 0u) {
+        known.state = CASTER_UNKNOWN;
+    }
+    bool moved = known.state == CASTER_UNKNOWN || !same(instance, known);
+    uint before = known.state;
+    uint state = next_state(instance.flags & 3u, moved, known);
+    bool update = moved || (frame.cache.x & LIGHT_MOVED) != 0u;
+    vec4 old_bounds = known.bounds;
+    if (update) {
+        mesh_bounds(instance, meshes[instance.mesh], known.bounds.xy, known.bounds.zw);
+    }
+    if (moved || state != before) {
+        // a first sight of everything changes nothing that is cached
+        bool news = (frame.cache.x & FORGET_CASTERS) == 0u;
+        if (news && before == CASTER_STATIC) {
+            add_changed(old_bounds);
+        }
+        if (news && state == CASTER_STATIC) {
+            add_changed(known.bounds);
+        }
+    }
+    known.rows = instance.rows;
+    known.material = instance.material;
+    known.revision = instance.revision;
+    known.flags = instance.flags;
+    known.state = state;
+    known.since = moved ? frame.cache.y : known.since;
+    if (update || state != before) {
+        tracked[index] = known;
+    }
+    if (state == CASTER_DYNAMIC) {
+        MeshBounds mesh = meshes[instance.mesh];
+        uint runs = (mesh.cluster_count + RUN - 1u) / RUN;
+        uint first = atomicAdd(counters.items[1], runs);
+        for (uint i = 0u; i < runs; i++) {
+            items[first + i] = Item(index, mesh.first_cluster + RUN * i);
+        }
+        atomicAdd(counters.dynamics, 1u);
+    }
+}
