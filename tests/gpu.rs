@@ -9,6 +9,8 @@
 mod allocate;
 #[path = "gpu/bench.rs"]
 mod bench;
+#[path = "gpu/cache.rs"]
+mod cache;
 #[path = "gpu/compact.rs"]
 mod compact;
 #[path = "gpu/comparators.rs"]

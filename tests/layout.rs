@@ -8,7 +8,8 @@ use spirv::{assert_layout, check_layout, committed, files, path, read};
 use std::collections::BTreeSet;
 use std::mem::offset_of;
 use umbrage::gpu::structs::{
-    Caster, CasterPush, Counters, Fit, Frame, Node, Page, PreparePush, RequestPush, RetryPush, TrianglePush,
+    ChoosePush, Counters, Fit, Frame, ItemPush, MeshBounds, Node, Page, PreparePush, RequestPush, RetryPush, Slot,
+    Tracked, TrianglePush,
 };
 use umbrage::scene::{Cluster, Instance, Material};
 
@@ -23,17 +24,21 @@ fn engine_structs_are_those_of_the_shaders() {
     assert_layout::<Frame>(
         &all,
         "Frame",
-        fields!(Frame, clip_from_eye ray_corner ray_dx ray_dy eye light_x light_y light_z eye_page anchor_page page rule size),
+        fields!(Frame, clip_from_eye ray_corner ray_dx ray_dy eye light_x light_y light_z eye_page anchor_page page rule size cache drift),
     );
-    assert_layout::<Node>(&all, "Node", fields!(Node, key own below rank parent page child));
-    assert_layout::<Page>(&all, "Page", fields!(Page, key slot node admitted origin scale pad));
+    assert_layout::<Node>(&all, "Node", fields!(Node, key own below cost ranks parent page slot marks child));
+    assert_layout::<Page>(&all, "Page", fields!(Page, key node slot dynamic_slot draws admitted origin scale pad));
     assert_layout::<Counters>(
         &all,
         "Counters",
-        fields!(Counters, requests unique leaves nodes failed shift threshold pages admitted pairs_opaque pairs_masked
-            pairs_asked indices triangles sorted pad roots requested resident refused),
+        fields!(Counters, requests unique leaves nodes failed shift threshold draw_threshold draws_asked pages hits stale
+            admitted drawn drawn_dynamic deferred evicted invalidated pairs_opaque pairs_masked pairs_asked indices
+            triangles sorted changed dynamics items pad roots requested resident refused),
     );
-    assert_layout::<Caster>(&all, "Caster", fields!(Caster, instance cluster));
+    assert_layout::<Slot>(&all, "Slot", fields!(Slot, axis_x key axis_z valid seen used));
+    let tracked = fields!(Tracked, rows bounds material revision flags state since patience pad);
+    assert_layout::<Tracked>(&all, "Tracked", tracked);
+    assert_layout::<MeshBounds>(&all, "MeshBounds", fields!(MeshBounds, center first_cluster extent cluster_count));
 }
 
 #[test]
@@ -51,18 +56,18 @@ fn scene_structs_are_those_of_the_shaders() {
 /// A constant buffer of one frame has no arrays of it, so its size is not checked by a stride.
 #[test]
 fn the_frame_has_no_tail() {
-    assert_eq!(offset_of!(Frame, size) + 16, size_of::<Frame>());
+    assert_eq!(offset_of!(Frame, drift) + 16, size_of::<Frame>());
 }
 
 #[test]
 fn a_wrong_layout_is_seen() {
     let all = committed("engine/");
-    let right: &[(&str, usize)] = fields!(Caster, instance cluster);
-    assert!(check_layout(&all, "Caster", 8, right).is_ok());
-    assert!(check_layout(&all, "Caster", 12, right).is_err(), "size");
-    assert!(check_layout(&all, "Caster", 8, &[("instance", 4), ("cluster", 0)]).is_err(), "offsets");
-    assert!(check_layout(&all, "Caster", 8, &[("cluster", 0), ("instance", 4)]).is_err(), "names");
-    assert!(check_layout(&all, "Castor", 8, right).is_err(), "a struct that no shader has");
+    let right: &[(&str, usize)] = &[("instance", 0), ("first_cluster", 4)];
+    assert!(check_layout(&all, "Item", 8, right).is_ok());
+    assert!(check_layout(&all, "Item", 12, right).is_err(), "size");
+    assert!(check_layout(&all, "Item", 8, &[("instance", 4), ("first_cluster", 0)]).is_err(), "offsets");
+    assert!(check_layout(&all, "Item", 8, &[("first_cluster", 0), ("instance", 4)]).is_err(), "names");
+    assert!(check_layout(&all, "Itom", 8, right).is_err(), "a struct that no shader has");
 }
 
 /// Structs without a Rust type that a test can name: fixed by Vulkan, or private.
@@ -72,7 +77,7 @@ fn other_structs_have_their_known_layout() {
     let all = committed("");
     let fields = fields!(Command, index_count instance_count first_index vertex_offset first_instance);
     assert_layout::<Command>(&all, "DrawCommand", fields);
-    assert_eq!(check_layout(&all, "Pair", 8, &[("page", 0), ("caster", 4)]), Ok(()));
+    assert_eq!(check_layout(&all, "Pair", 12, &[("target", 0), ("instance", 4), ("cluster", 8)]), Ok(()));
     assert_layout::<Fit>(&all, "Fit", fields!(Fit, row_u row_v texel));
 }
 
@@ -83,16 +88,27 @@ fn push_constants_are_those_of_their_shaders() {
     let retry = fields!(RetryPush, attempt shift groups_x groups_y argument);
     assert_layout::<RetryPush>(&push("request_retry"), "Push", retry);
     assert_layout::<PreparePush>(&push("sort_prepare"), "Push", fields!(PreparePush, capacity pages argument));
-    for shader in ["cull_count", "cull_emit"] {
-        assert_layout::<CasterPush>(&push(shader), "Push", fields!(CasterPush, caster_count first_masked));
-    }
+    assert_layout::<ChoosePush>(&push("allocate_choose"), "Push", fields!(ChoosePush, draw_budget draws));
+    assert_layout::<ItemPush>(&push("cull_prepare"), "Push", fields!(ItemPush, layer argument));
     assert_layout::<TrianglePush>(&push("cull_triangles"), "Push", fields!(TrianglePush, masked first_compacted));
 }
 
 /// Every struct of which shaders have an array is compared above.
 #[test]
 fn no_struct_is_forgotten() {
-    let compared = ["Node", "Page", "Caster", "Cluster", "Instance", "Material", "Pair", "DrawCommand"];
+    let compared = [
+        "Node",
+        "Page",
+        "Slot",
+        "Tracked",
+        "MeshBounds",
+        "Item",
+        "Cluster",
+        "Instance",
+        "Material",
+        "Pair",
+        "DrawCommand",
+    ];
     let structs = committed("").into_iter().flat_map(|s| read(&s.words).structs).filter(|s| s.stride.is_some());
     let names: BTreeSet<_> = structs.map(|s| s.name).collect();
     assert_eq!(names, compared.map(str::to_owned).into());
@@ -115,7 +131,7 @@ fn no_stage_is_an_orphan() {
     for stem in &shaders {
         assert!(path(&format!("src/engine/{stem}.rs")).is_file(), "src/engine/{stem}.rs is missing");
     }
-    let helpers = ["buffers", "constants", "frame", "mod"];
+    let helpers = ["buffers", "constants", "frame", "mod", "steer"];
     for file in files("src/engine") {
         let name = file.rsplit('/').next().unwrap().trim_end_matches(".rs");
         assert!(helpers.contains(&name) || shaders.contains(name), "{file} has no shader");

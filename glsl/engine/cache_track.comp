@@ -41,12 +41,13 @@ uint next_state(uint policy, bool moved, inout Tracked known) {
     }
     // what has just appeared counts as standing still
     if (policy == POLICY_STATIC || known.state == CASTER_UNKNOWN || known.state == CASTER_NONE) {
-        known.patience = patience;
+        known.patience = 0u;
         return CASTER_STATIC;
     }
     uint still = frame.cache.y - known.since;
     if (moved) {
         if (known.state == CASTER_STATIC) {
+            // the first start is not a relapse: then `patience` is 0
             bool soon = still < SOON * known.patience;
             known.patience = soon ? min(2u * known.patience, MAX_PATIENCE * patience) : patience;
         }

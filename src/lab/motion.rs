@@ -1,7 +1,7 @@
 //! The lab's scene over time: poses it, uploads what changed, and forgets what was computed from the old state.
 
 use super::{Lab, LabError, View, upload};
-use crate::scene::Motion;
+use crate::scene::{Changes, Motion, Scene};
 
 impl Lab {
     /// Gives the lab what moves its scene. Nothing moves before [`Lab::animate`].
@@ -20,16 +20,28 @@ impl Lab {
         if !time_s.is_finite() {
             return Err(LabError::Usage(format!("the time is {time_s} s; it must be finite")));
         }
-        if let Some(motion) = &self.motion {
-            let changes = motion.pose(&mut self.scene, time_s).map_err(|e| LabError::Refused(e.to_string()))?;
-            if !changes.is_empty() {
-                self.tracer.take();
-                self.gbuffer.take();
-                self.reference.take();
-                upload::changes(&self.gpu, &self.device, &self.scene, &self.buffers, &changes)?;
-            }
+        if let Some(motion) = self.motion.take() {
+            let posed = self.edit(|scene| motion.pose(scene, time_s).map_err(|e| LabError::Refused(e.to_string())));
+            self.motion = Some(motion);
+            posed?;
         }
         self.view.time_s = time_s;
+        Ok(())
+    }
+
+    /// Changes the scene and uploads what `edit` says it changed. Numbers of vertices, instances and clusters stay, and all
+    /// casters stay within the scene's bounds; an instance that is to cast differently gets another revision.
+    ///
+    /// # Errors
+    /// Those of `edit`; [`LabError::Engine`] for everything Vulkan reports.
+    pub fn edit(&mut self, edit: impl FnOnce(&mut Scene) -> Result<Changes, LabError>) -> Result<(), LabError> {
+        let changes = edit(&mut self.scene)?;
+        if !changes.is_empty() {
+            self.tracer.take();
+            self.gbuffer.take();
+            self.reference.take();
+            upload::changes(&self.gpu, &self.device, &self.scene, &self.buffers, &changes)?;
+        }
         Ok(())
     }
 

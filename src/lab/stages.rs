@@ -10,10 +10,12 @@ use crate::engine::constants::{History, constants};
 use crate::engine::gradient::Gradient;
 use crate::engine::request::Request;
 use crate::engine::sort::{BLOCK, Sort, Sorted};
-use crate::gpu::structs::{Counters, Frame, Node, Page};
+use crate::gpu::structs::{Counters, Frame, Node, Page, Slot, Tracked};
 use crate::gpu::sync::{self, Access, Access::*};
 use crate::gpu::{Binding, Buffer, Compute, Image, ImageSpec, Memory, spirv};
 use crate::host::Receivers;
+use crate::twin::allocate::{Input, NONE};
+use crate::twin::compact::compact;
 use crate::{Config, RequestRoute};
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
@@ -278,6 +280,8 @@ pub struct Table {
     pub entries: Vec<u32>,
     /// The pages selected.
     pub pages: Vec<Page>,
+    /// The layers of the atlas.
+    pub slots: Vec<Slot>,
 }
 
 impl Table {
@@ -291,12 +295,13 @@ impl Table {
             nodes: read(lab, &b.nodes)?,
             entries: read(lab, &b.entries)?,
             pages,
+            slots: read(lab, &b.slots)?,
         })
     }
 }
 
 impl AllocateStage {
-    /// Capacities and level bias are those of `config`; `request_capacity` may be any power of two.
+    /// Capacities, pressure and level bias are those of `config`, within no limits.
     pub fn new(lab: &Lab, config: &Config) -> Result<Self> {
         let b = Buffers::new(&lab.gpu, config, &lab.buffers)?;
         let sorts = |what, capacity| Sort::new(&lab.gpu, &b.counters, &b.arguments, what, capacity);
@@ -307,36 +312,58 @@ impl AllocateStage {
         Ok(Self { config: config.clone(), b, compact, page_sort, allocate })
     }
 
-    /// Chooses pages for distinct sorted keys, lets only those with `drawn` serve, and fills the entries.
-    pub fn run(
-        &self,
-        lab: &Lab,
-        frame: &Frame,
-        requests: &[(u32, u32)],
-        runs: [u32; 4],
-        drawn: impl Fn(u32) -> bool,
-    ) -> Result<Table> {
+    /// Chooses pages and fills the entries. In between, pages get layers as [`crate::twin::allocate::Page`] says; those that are not
+    /// `ready` do not serve if chosen, and lose their layer if only held.
+    pub fn run(&self, lab: &Lab, frame: &Frame, input: &Input, ready: impl Fn(u32) -> bool) -> Result<Table> {
         let b = &self.b;
+        let requests = input.list();
         assert!(requests.len() <= 8 * self.config.request_capacity() as usize, "more requests than the list holds");
-        clear(lab, &[&b.table_keys, &b.nodes, &b.histogram, &b.entries])?;
+        assert!(input.held.len() <= self.config.page_capacity() as usize, "more pages held than the atlas has layers");
+        clear(lab, &[&b.table_keys, &b.nodes, &b.histogram, &b.entries, &b.slots])?;
         write(lab, &b.frame, std::slice::from_ref(frame))?;
         write(lab, &self.compact.keys, &requests.iter().map(|r| r.0).collect::<Vec<_>>())?;
         write(lab, &self.compact.counts, &requests.iter().map(|r| r.1).collect::<Vec<_>>())?;
-        write(lab, &b.counters, &[Counters { unique: runs, ..Counters::zeroed() }])?;
-        lab.submit(|cmd| {
-            self.allocate.record_tree(cmd);
-            sync::barrier(&lab.gpu.device, cmd, &[(ComputeWrite, ComputeWrite)]);
-            self.allocate.record_pages(cmd, b, &self.page_sort, 2 * self.config.page_capacity());
-        })?;
-        let mut pages = Table::read(lab, b)?.pages;
-        for (slot, page) in (0..).zip(&mut pages) {
-            page.slot = slot;
-            page.admitted = u32::from(drawn(page.key));
+        write(lab, &b.counters, &[Counters { unique: compact(&requests).runs, ..Counters::zeroed() }])?;
+        let holds = |&(key, valid): &(u32, bool)| Slot { key, valid: u32::from(valid), ..Slot::zeroed() };
+        write(lab, &b.slots, &input.held.iter().map(holds).collect::<Vec<_>>())?;
+        lab.submit(|cmd| self.allocate.record_tree(cmd))?;
+
+        let mut nodes: Vec<Node> = read(lab, &b.nodes)?;
+        for node in &mut nodes {
+            let held = (1..).zip(&input.held).find(|(_, held)| held.0 == node.key);
+            node.slot = held.map_or(0, |(slot, held)| slot | u32::from(!held.1) << 31);
+            node.marks = u32::from(input.moving.contains(&node.key));
+        }
+        write(lab, &b.nodes, &nodes)?;
+        lab.submit(|cmd| self.allocate.record_pages(cmd, b, &self.page_sort, input.draw_budget))?;
+
+        let Table { mut counters, mut pages, mut slots, .. } = Table::read(lab, b)?;
+        for (i, page) in (0..).zip(&mut pages) {
+            let free = input.held.len() as u32 + 2 * i;
+            page.slot = if page.slot == NONE { free } else { page.slot };
+            page.dynamic_slot = if page.draws > 1 { free + 1 } else { page.dynamic_slot };
+            page.admitted = u32::from(ready(page.key));
+            counters.deferred += if page.admitted == 0 { page.draws.count_ones() } else { 0 };
+        }
+        for slot in slots.iter_mut().filter(|slot| !ready(slot.key)) {
+            slot.key = 0;
         }
         write(lab, &b.pages, &pages)?;
+        write(lab, &b.slots, &slots)?;
+        write(lab, &b.counters, &[counters])?;
         lab.submit(|cmd| self.allocate.record_entries(cmd))?;
         Table::read(lab, b)
     }
+}
+
+/// What outlives a frame.
+pub struct Kept {
+    /// The layers of the atlas.
+    pub slots: Vec<Slot>,
+    /// Layers, the first to be taken first.
+    pub order: Vec<u32>,
+    /// The instances.
+    pub tracked: Vec<Tracked>,
 }
 
 /// A whole frame of the engine.
@@ -360,10 +387,38 @@ impl EngineStage {
         Ok((bytemuck::pod_collect_to_vec(&visibility), Table::read(lab, b)?))
     }
 
-    /// Page and caster of each opaque and each masked pair of the last frame.
-    pub fn pairs(&self, lab: &Lab) -> Result<[Vec<[u32; 2]>; 2]> {
+    /// Runs a frame and reads nothing back but its counters.
+    pub fn run(&mut self, lab: &Lab) -> Result<Counters> {
+        let mut recorded = Ok(());
+        lab.frame(|cmd, timer| recorded = self.engine.record_timed(cmd, &lab.frame_input(), Some(timer)))?;
+        recorded?;
+        Ok(self.engine.counters())
+    }
+
+    /// Device memory by purpose, in bytes.
+    pub fn memory(&self) -> Vec<(&'static str, u64)> {
+        self.engine.memory()
+    }
+
+    /// What is kept for the next frame.
+    pub fn kept(&self, lab: &Lab) -> Result<Kept> {
+        let b = &self.engine.buffers;
+        let mut slots: Vec<Slot> = read(lab, &b.slots)?;
+        let mut order: Vec<u32> = read(lab, &b.order)?;
+        slots.truncate(self.engine.config.page_capacity() as usize);
+        order.truncate(slots.len());
+        Ok(Kept { slots, order, tracked: read(lab, &b.tracked)? })
+    }
+
+    /// Replaces what is known of the layers, to see that a wrong one is noticed.
+    pub fn plant(&self, lab: &Lab, slots: &[Slot]) -> Result<()> {
+        write(lab, &self.engine.buffers.slots, slots)
+    }
+
+    /// Target (2 * page + layer), instance and cluster of each opaque and each masked pair of the last frame.
+    pub fn pairs(&self, lab: &Lab) -> Result<[Vec<[u32; 3]>; 2]> {
         let c = read_counters(lab, &self.engine.buffers)?;
-        let mut opaque: Vec<[u32; 2]> = read(lab, &self.engine.buffers.pairs)?;
+        let mut opaque: Vec<[u32; 3]> = read(lab, &self.engine.buffers.pairs)?;
         let mut masked = opaque.split_off(self.engine.config.pair_capacity as usize);
         opaque.truncate(c.pairs_opaque as usize);
         masked.truncate(c.pairs_masked as usize);

@@ -1,7 +1,7 @@
 //! A lab that fails the test on any message of the validation layers, and numbers that replay.
 
 use glam::DVec3;
-use std::ops::Deref;
+use std::ops::{Deref, DerefMut};
 use umbrage::lab::{Lab, LabOptions, View};
 use umbrage::scene::Scene;
 use umbrage::{Camera, Light};
@@ -31,6 +31,12 @@ impl Deref for Bench {
     type Target = Lab;
     fn deref(&self) -> &Lab {
         &self.0
+    }
+}
+
+impl DerefMut for Bench {
+    fn deref_mut(&mut self) -> &mut Lab {
+        &mut self.0
     }
 }
 

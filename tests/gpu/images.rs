@@ -14,7 +14,8 @@ const SIZE: [u32; 2] = [480, 270];
 fn matches_the_reference((scene, view): (Scene, View)) {
     let name = scene.name.clone();
     let lab = Bench::new(scene, view);
-    let (visibility, _) = EngineStage::new(&lab, &Config::new(SIZE)).unwrap().frame(&lab).unwrap();
+    let (visibility, _) =
+        EngineStage::new(&lab, &Config { pages_per_frame: 4096, ..Config::new(SIZE) }).unwrap().frame(&lab).unwrap();
     let reference = lab.reference(&|_| {}).unwrap();
     mixed(&visibility).unwrap_or_else(|why| panic!("{name}: {why}"));
     mixed(&reference.visibility_image()).unwrap_or_else(|why| panic!("{name}, reference: {why}"));

@@ -1,0 +1,478 @@
+//! What is kept from frame to frame: after any history a frame shows what a first frame would, within its budgets.
+
+use crate::bench::{Bench, Lcg};
+use crate::scenes;
+use glam::{DQuat, DVec3};
+use std::collections::BTreeSet;
+use umbrage::host::CastPolicy;
+use umbrage::lab::stages::{EngineStage, Kept, Table};
+use umbrage::lab::{LabError, View};
+use umbrage::scene::{Changes, Motion, Scene};
+use umbrage::twin::key::{key_ancestor, key_level};
+use umbrage::{Camera, Config, Light};
+
+const SIZE: [u32; 2] = [160, 90];
+const STATIC: u32 = 2;
+const DYNAMIC: u32 = 3;
+
+/// 64 pages of 64^2 texels, all of which may be drawn in one frame.
+fn small() -> Config {
+    Config {
+        atlas_bytes: 64 * 4 * 64 * 64,
+        page_texels: 64,
+        page_table_bytes: 480 << 11,
+        pages_per_frame: 4096,
+        level_bias: -1.0,
+        still_frames: 3,
+        ..Config::new(SIZE)
+    }
+}
+
+/// A scene with moving knots, and an engine that keeps its pages beside one that forgets them.
+struct Play {
+    lab: Bench,
+    config: Config,
+    cached: EngineStage,
+    cold: EngineStage,
+    still: Scene,
+    base: View,
+    lcg: Lcg,
+    time_s: f64,
+}
+
+/// What a frame of both engines left.
+struct Shown {
+    table: Table,
+    kept: Kept,
+    cached: Vec<f32>,
+    cold: Vec<f32>,
+    /// Nothing was put off, so both must show the same.
+    whole: bool,
+}
+
+impl Play {
+    fn new(seed: u64, config: Config) -> Self {
+        let (mut scene, base) = scenes::random(SIZE, seed);
+        let motion = Motion::synthetic(&mut scene, base.camera.eye, base.camera.target, 2, seed);
+        let still = scene.clone();
+        let mut lab = Bench::new(scene, base.clone());
+        lab.set_motion(motion);
+        let cached = EngineStage::new(&lab, &config).unwrap();
+        let cold = EngineStage::new(&lab, &Config { cache: false, ..config.clone() }).unwrap();
+        Self { lab, config, cached, cold, still, base, lcg: Lcg(seed ^ 0x5eed), time_s: 0.0 }
+    }
+
+    fn frame(&mut self) -> Shown {
+        let (cached, table) = self.cached.frame(&self.lab).unwrap();
+        let (cold, _) = self.cold.frame(&self.lab).unwrap();
+        let kept = self.cached.kept(&self.lab).unwrap();
+        let whole = table.counters.deferred == 0 && table.counters.draw_threshold == 0;
+        Shown { table, kept, cached, cold, whole }
+    }
+
+    fn camera(&mut self, change: impl FnOnce(&mut Camera)) {
+        let mut view = self.lab.view().clone();
+        change(&mut view.camera);
+        self.lab.look(view).unwrap();
+    }
+
+    fn animate(&mut self) {
+        self.time_s += 1.0 / 30.0;
+        self.lab.animate(self.time_s).unwrap();
+    }
+
+    /// Changes instance `i`, with another revision if `told`.
+    fn instance(&mut self, i: usize, told: bool, change: impl FnOnce(&mut umbrage::scene::Instance)) {
+        let edit = |scene: &mut Scene| {
+            let instance = &mut scene.instances[i];
+            change(instance);
+            instance.revision += u32::from(told);
+            Ok::<_, LabError>(Changes { instances: vec![i as u32], ..Changes::default() })
+        };
+        self.lab.edit(edit).unwrap();
+    }
+
+    /// Moves the vertices of a mesh a little towards the middle of its bounds and back.
+    fn deform(&mut self, mesh: usize, share: f32) {
+        let still = &self.still;
+        let edit = |scene: &mut Scene| {
+            let m = still.meshes[mesh];
+            let indices = &still.indices[m.first_index as usize..][..m.index_count as usize];
+            let vertices: BTreeSet<u32> = indices.iter().copied().collect();
+            let (center, _) = umbrage::scene::mesh_bounds(still, &m);
+            for &v in &vertices {
+                let p = still.positions[v as usize];
+                scene.positions[v as usize] = std::array::from_fn(|c| p[c] + (center[c] - p[c]) * share);
+            }
+            let mut clusters = Vec::new();
+            for c in m.first_cluster..m.first_cluster + m.cluster_count {
+                // the old bounds and the middle hold every vertex on the way
+                let cluster = &mut scene.clusters[c as usize];
+                let old = still.clusters[c as usize];
+                for axis in 0..3 {
+                    let low = (old.center[axis] - old.extent[axis]).min(center[axis]);
+                    let high = (old.center[axis] + old.extent[axis]).max(center[axis]);
+                    cluster.center[axis] = 0.5 * (low + high);
+                    cluster.extent[axis] = (0.5 * (high - low)) * 1.000_001 + 1e-6;
+                }
+                clusters.push(c);
+            }
+            let (low, high) = (*vertices.first().unwrap(), *vertices.last().unwrap());
+            let instances: Vec<u32> = (m.first_instance..m.first_instance + m.instance_count).collect();
+            for &i in &instances {
+                scene.instances[i as usize].revision += 1;
+            }
+            let runs = vec![clusters[0]..clusters[0] + clusters.len() as u32];
+            Ok::<_, LabError>(Changes {
+                instances,
+                vertices: vec![low..high + 1],
+                clusters: runs,
+                meshes: vec![mesh as u32],
+            })
+        };
+        self.lab.edit(edit).unwrap();
+    }
+
+    /// Something that happens between two frames.
+    fn step(&mut self) -> &'static str {
+        let casters = self.still.instances.len() as u32;
+        let which = self.lcg.below(casters) as usize;
+        let [a, b, c] = std::array::from_fn(|_| self.lcg.between(-1.0, 1.0));
+        let base = self.base.camera;
+        match self.lcg.below(14) {
+            0 => "still",
+            1 => {
+                self.camera(|camera| camera.target += 0.005 * DVec3::new(a, b, c));
+                "jitter"
+            }
+            2 => {
+                self.camera(|camera| camera.eye += 0.3 * DVec3::new(a, 0.3 * b, c));
+                "walk"
+            }
+            3 => {
+                let turn = DQuat::from_rotation_y(0.3 * a);
+                self.camera(|camera| camera.target = camera.eye + turn * (camera.target - camera.eye));
+                "turn"
+            }
+            4 => {
+                self.camera(|camera| *camera = Camera { eye: base.eye + 3.0 * DVec3::new(a, 0.3 * b, c), ..base });
+                "teleport"
+            }
+            5 => {
+                self.camera(|camera| camera.fov_y_deg = 30.0 + 25.0 * a);
+                "zoom"
+            }
+            6..=8 => {
+                self.animate();
+                "animate"
+            }
+            9 | 10 => {
+                // the revision is not needed where the matrix tells
+                let rows = self.still.instances[which].rows;
+                let delta = [0.4 * a, 0.2 * (b + 1.0), 0.4 * c];
+                self.instance(which, b > 0.0, |instance| {
+                    for (axis, d) in delta.iter().enumerate() {
+                        instance.rows[axis][3] = rows[axis][3] + *d as f32;
+                    }
+                });
+                "move"
+            }
+            11 => {
+                let never = CastPolicy::Never as u32;
+                self.instance(which, false, |i| i.flags = i.flags & !3 | if i.flags & 3 == never { 0 } else { never });
+                "appear or disappear"
+            }
+            12 => {
+                let policy = [CastPolicy::Auto, CastPolicy::Static, CastPolicy::Always][self.lcg.below(3) as usize];
+                self.instance(which, false, |i| i.flags = i.flags & !3 | policy as u32);
+                "policy"
+            }
+            _ => {
+                self.deform(self.still.instances[which].mesh as usize, (0.4 * (a + 1.0)) as f32);
+                "deform"
+            }
+        }
+    }
+}
+
+/// No page has two layers or two pages one, every entry points to its own address, nothing exceeds its budget.
+fn invariants(config: &Config, table: &Table, kept: &Kept) -> Result<(), String> {
+    let ensure = |ok: bool, what: &dyn Fn() -> String| if ok { Ok(()) } else { Err(what()) };
+    let c = &table.counters;
+    let capacity = config.page_capacity();
+    let keys: Vec<u32> = kept.slots.iter().map(|s| s.key).filter(|k| *k != 0).collect();
+    let distinct: BTreeSet<u32> = keys.iter().copied().collect();
+    ensure(distinct.len() == keys.len(), &|| format!("a page has two layers: {keys:x?}"))?;
+    let order: BTreeSet<u32> = kept.order.iter().copied().collect();
+    ensure(order.len() as u32 == capacity && order.last() == Some(&(capacity - 1)), &|| {
+        format!("the order of eviction is no permutation: {:?}", kept.order)
+    })?;
+    let mut layers = BTreeSet::new();
+    for page in table.pages.iter().filter(|p| p.admitted == 1) {
+        let slot = kept.slots.get(page.slot as usize);
+        ensure(slot.is_some_and(|s| s.key == page.key && s.valid == 1), &|| format!("{page:x?} lies in {slot:x?}"))?;
+        ensure(layers.insert(page.slot), &|| format!("{page:x?} shares its layer"))?;
+        if page.dynamic_slot != u32::MAX {
+            let slot = kept.slots.get(page.dynamic_slot as usize);
+            ensure(slot.is_some_and(|s| s.key == 0), &|| format!("moving casters of {page:x?} lie in {slot:x?}"))?;
+            ensure(layers.insert(page.dynamic_slot), &|| format!("{page:x?} shares its second layer"))?;
+        }
+    }
+    for (&key, &entry) in table.keys.iter().zip(&table.entries).filter(|(key, _)| **key != 0) {
+        ensure(entry >> 31 == 1, &|| format!("{key:x} has no entry"))?;
+        let serving = key_ancestor(key, ((entry >> 27 & 15) as i32 - key_level(key)) as u32);
+        let slot = kept.slots[(entry & 0x1fff) as usize];
+        ensure(slot.key == serving && slot.valid == 1, &|| format!("{key:x} is served by {slot:x?}, not {serving:x}"))?;
+        let moving = table.pages.iter().find(|p| p.key == serving && p.dynamic_slot != u32::MAX);
+        let layer = moving.map_or(0, |p| p.dynamic_slot + 1);
+        ensure(entry >> 13 & 0x1fff == layer, &|| format!("{key:x}: entry {entry:x}, moving casters in {moving:x?}"))?;
+    }
+    let budgets = [
+        ("layers", c.pages + c.drawn_dynamic, capacity),
+        ("layers drawn", c.drawn + c.drawn_dynamic, config.pages_per_frame.max(8)),
+        ("pairs", c.pairs_opaque + c.pairs_masked, config.pair_capacity),
+        ("nodes", c.leaves + c.nodes, 8 * config.request_capacity()),
+        ("requests", c.leaves, config.request_capacity()),
+        ("changed bounds", c.changed, 2 * kept.tracked.len() as u32),
+    ];
+    for (what, used, most) in budgets {
+        ensure(used <= most, &|| format!("{used} {what}, the budget is {most}: {c:?}"))?;
+    }
+    Ok(())
+}
+
+fn same(shown: &Shown) -> Result<(), String> {
+    let differ = shown.cached.iter().zip(&shown.cold).filter(|(a, b)| a.to_bits() != b.to_bits()).count();
+    if differ == 0 { Ok(()) } else { Err(format!("{differ} pixels differ from a cold frame's")) }
+}
+
+/// Plays `frames` frames; returns how many put something off.
+fn play(seed: u64, config: Config, frames: u32) -> u32 {
+    let mut play = Play::new(seed, config);
+    let (mut put_off, mut hits, mut moving, mut shadows) = (0, 0, 0, 0);
+    for number in 0..frames {
+        let what = if number == 0 { "the first frame" } else { play.step() };
+        let shown = play.frame();
+        let c = &shown.table.counters;
+        let fail = |why| panic!("seed {seed}, frame {number} ({what}): {why}");
+        invariants(&play.config, &shown.table, &shown.kept).unwrap_or_else(fail);
+        if shown.whole {
+            same(&shown).unwrap_or_else(fail);
+        } else {
+            assert!(c.deferred > 0, "seed {seed}, frame {number}: put off and not counted: {c:?}");
+            put_off += 1;
+        }
+        hits += u32::from(c.hits > 0);
+        moving += u32::from(c.drawn_dynamic > 0);
+        shadows += u32::from(shown.cached.contains(&0.0) && shown.cached.contains(&1.0));
+    }
+    assert!(hits > frames / 2 && moving > frames / 8 && shadows > frames / 2, "{hits} {moving} {shadows}");
+    put_off
+}
+
+#[test]
+fn after_any_history_a_frame_is_that_of_a_cold_engine() {
+    for seed in [1, 2] {
+        assert_eq!(play(seed, small(), 150), 0, "nothing is put off without a limit of pages");
+    }
+}
+
+#[test]
+fn a_budget_of_pages_holds_and_what_it_puts_off_is_counted() {
+    let put_off = play(3, Config { pages_per_frame: 16, ..small() }, 120);
+    assert!((10..110).contains(&put_off), "{put_off} of 120 frames put something off");
+}
+
+/// The street holds still: the second frame draws nothing, whatever the camera does within the pages at hand.
+#[test]
+fn nothing_that_is_right_is_drawn_again() {
+    let mut play = Play::new(5, small());
+    let first = play.frame();
+    assert!(first.table.counters.drawn > 4 && first.table.counters.hits == 0, "{:?}", first.table.counters);
+    let again = play.frame();
+    let c = &again.table.counters;
+    assert_eq!((c.drawn, c.drawn_dynamic, c.pairs_asked, c.evicted), (0, 0, 0, 0), "{c:?}");
+    assert_eq!(again.cached, first.cached, "no pixel changes on a static view");
+    // away and back: the pages are still there where the atlas has room
+    let mut roomy = Play::new(5, Config { atlas_bytes: 1024 * 4 * 64 * 64, ..small() });
+    let before = roomy.frame();
+    roomy.camera(|camera| camera.target = camera.eye + DQuat::from_rotation_y(2.0) * (camera.target - camera.eye));
+    assert!(roomy.frame().table.counters.drawn > 0);
+    roomy.lab.look(roomy.base.clone()).unwrap();
+    let back = roomy.frame();
+    assert_eq!((back.table.counters.drawn, &back.cached), (0, &before.cached));
+}
+
+/// What a mover touches is drawn in the second layer; the cached layer is drawn once when it starts and once when it stands.
+#[test]
+fn a_mover_redraws_only_its_own_layer() {
+    let mut play = Play::new(7, small());
+    play.frame();
+    let state = |shown: &Shown| shown.kept.tracked.iter().filter(|t| t.state == DYNAMIC).count();
+    play.animate();
+    let started = play.frame();
+    assert!(state(&started) == 2 && started.table.counters.stale > 0, "{:?}", started.table.counters);
+    for _ in 0..5 {
+        play.animate();
+        let moving = play.frame();
+        let c = &moving.table.counters;
+        assert!(c.drawn_dynamic > 0 && c.stale == 0 && c.invalidated == 0, "{c:?}");
+        same(&moving).unwrap();
+    }
+    // three frames later it is cached again
+    for still in 1..=4 {
+        let shown = play.frame();
+        assert_eq!(state(&shown) > 0, still < 3, "{still} still frames");
+        assert_eq!(shown.table.counters.invalidated > 0, still == 3, "{still} still frames");
+        assert!(shown.kept.tracked.iter().all(|t| t.state >= STATIC));
+        same(&shown).unwrap();
+    }
+    assert_eq!(play.frame().table.counters.drawn_dynamic, 0);
+}
+
+/// A caster that starts again soon after it was cached waits longer the next time.
+#[test]
+fn a_restless_caster_waits_longer() {
+    let mut play = Play::new(7, small());
+    let mut waits = Vec::new();
+    play.frame();
+    for _ in 0..3 {
+        play.animate();
+        play.frame();
+        let frames = (1..100).find(|_| play.frame().kept.tracked.iter().all(|t| t.state != DYNAMIC));
+        waits.push(frames.unwrap());
+    }
+    assert_eq!(waits, [3, 6, 12]);
+}
+
+/// A change invalidates the pages that its old and its new bounds touch, and no others.
+#[test]
+fn invalidation_is_exact() {
+    let mut play = Play::new(11, small());
+    let before = play.frame();
+    let (i, _) = before.kept.tracked.iter().enumerate().filter(|(_, t)| t.state == STATIC).nth(9).unwrap();
+    play.instance(i, false, |instance| {
+        instance.rows[0][3] += 0.31;
+        instance.flags = instance.flags & !3 | CastPolicy::Static as u32;
+    });
+    let after = play.frame();
+    let bounds = [&before, &after].map(|shown| shown.kept.tracked[i].bounds);
+    // the grid: level-0 pages from minus 2^13, as src/engine/constants.rs places them
+    let frame = umbrage::lab::stages::frame_constants(&play.lab, &play.config).unwrap();
+    let page = f64::from(frame.page[0]);
+    let (mut touched, mut others) = (0, 0);
+    for slot in before.kept.slots.iter().filter(|s| s.key != 0) {
+        let (level, at) = (key_level(slot.key), umbrage::twin::key::key_page(slot.key));
+        let side = page * f64::from(1 << level);
+        let border = side / f64::from(64 - 2);
+        let low = at.map(|c| f64::from(c) * side - 8192.0 * page);
+        let overlap = |grow: f64| {
+            bounds
+                .iter()
+                .any(|b| (0..2).all(|a| f64::from(b[a]) < low[a] + side + grow && f64::from(b[a + 2]) > low[a] - grow))
+        };
+        let redrawn = after.table.pages.iter().find(|p| p.key == slot.key).map(|p| p.draws & 1 == 1);
+        match (overlap(-border), overlap(3.0 * border), redrawn) {
+            (true, _, Some(redrawn)) => {
+                assert!(redrawn, "{slot:x?} is touched and was not drawn");
+                touched += 1;
+            }
+            (_, false, Some(redrawn)) => {
+                assert!(!redrawn, "{slot:x?} is not touched and was drawn");
+                others += 1;
+            }
+            _ => {}
+        }
+    }
+    assert!(touched > 2 && others > 2, "{touched} touched, {others} not");
+    same(&after).unwrap();
+}
+
+/// What the checks are worth: a page under a wrong address and a page with old content are both noticed.
+#[test]
+fn a_stale_page_is_noticed() {
+    let mut play = Play::new(13, small());
+    let shown = play.frame();
+    invariants(&play.config, &shown.table, &shown.kept).unwrap();
+    // every page under its neighbour's content: all is consistent but the picture
+    let pages = &shown.table.pages;
+    let mut slots = shown.kept.slots.clone();
+    slots[4..pages.len()].rotate_left(1);
+    play.cached.plant(&play.lab, &slots).unwrap();
+    let exchanged = play.frame();
+    invariants(&play.config, &exchanged.table, &exchanged.kept).unwrap();
+    assert!(exchanged.whole && same(&exchanged).is_err(), "exchanged pages were not noticed");
+    // a page that two layers claim
+    let mut kept = shown.kept;
+    let pages = &shown.table.pages;
+    kept.slots[pages[0].slot as usize].key = pages[1].key;
+    assert!(invariants(&play.config, &shown.table, &kept).is_err(), "a page with two owners was not noticed");
+}
+
+/// A light that creeps: coarse pages stay longer than fine ones, and at no tolerance every frame is exact.
+#[test]
+fn coarse_pages_outlive_a_turning_light() {
+    let turn = |play: &mut Play, degrees: f64| {
+        let mut view = play.lab.view().clone();
+        let Light::Directional { direction, angular_diameter_deg } = view.lights[0].clone() else { unreachable!() };
+        let turned = DQuat::from_rotation_z(degrees.to_radians()) * direction;
+        view.lights[0] = Light::Directional { direction: turned, angular_diameter_deg };
+        play.lab.look(view).unwrap();
+    };
+    let mut exact = Play::new(17, Config { drift_texels: 0.0, ..small() });
+    exact.frame();
+    turn(&mut exact, 0.01);
+    let shown = exact.frame();
+    assert_eq!(shown.table.counters.hits, 0);
+    same(&shown).unwrap();
+
+    let mut play = Play::new(17, Config { drift_texels: 0.5, ..small() });
+    play.frame();
+    let (mut kept, mut drawn) = ([0u32; 14], [0u32; 14]);
+    for _ in 0..60 {
+        turn(&mut play, 0.004);
+        let shown = play.frame();
+        for page in &shown.table.pages {
+            let list = if page.draws & 1 == 1 { &mut drawn } else { &mut kept };
+            list[key_level(page.key) as usize] += 1;
+        }
+    }
+    let share = |level: usize| f64::from(drawn[level]) / f64::from((drawn[level] + kept[level]).max(1));
+    let used: Vec<usize> = (0..14).filter(|&l| drawn[l] + kept[l] > 60).collect();
+    assert!(used.len() >= 2, "{drawn:?} {kept:?}");
+    assert!(used.is_sorted_by(|a, b| share(*a) >= share(*b)), "{drawn:?} {kept:?}");
+    assert!(share(used[0]) > 2.0 * share(*used.last().unwrap()), "{drawn:?} {kept:?}");
+}
+
+/// Two thousand frames of a wandering camera and moving casters: nothing grows, every budget holds.
+#[test]
+fn two_thousand_frames_do_not_grow() {
+    let config = Config { pages_per_frame: 32, ..small() };
+    let (mut scene, base) = scenes::random([64, 36], 19);
+    let motion = Motion::synthetic(&mut scene, base.camera.eye, base.camera.target, 2, 19);
+    let mut lab = Bench::new(scene, base.clone());
+    lab.set_motion(motion);
+    let config = Config { size: [64, 36], ..config };
+    let mut engine = EngineStage::new(&lab, &config).unwrap();
+    let memory = engine.memory();
+    let mut most = [0; 2];
+    for number in 0..2000u32 {
+        let angle = f64::from(number) * 0.02;
+        let turn = DQuat::from_rotation_y(0.6 * angle.sin());
+        let mut view = base.clone();
+        view.camera.eye += DVec3::new(angle.cos(), 0.1 * angle.sin(), (0.7 * angle).sin());
+        view.camera.target = view.camera.eye + turn * (base.camera.target - base.camera.eye);
+        lab.look(view).unwrap();
+        if number % 64 < 40 {
+            lab.animate(f64::from(number) / 60.0).unwrap();
+        }
+        let counters = engine.run(&lab).unwrap();
+        assert!(counters.drawn + counters.drawn_dynamic <= 32 && counters.failed == 0, "frame {number}: {counters:?}");
+        let half = usize::from(number >= 1000);
+        most[half] = most[half].max(counters.leaves + counters.nodes);
+    }
+    assert_eq!(engine.memory(), memory);
+    assert!(f64::from(most[1]) < 1.2 * f64::from(most[0]), "the page table fills up: {most:?}");
+    let (_, table) = engine.frame(&lab).unwrap();
+    invariants(&config, &table, &engine.kept(&lab).unwrap()).unwrap();
+}
