@@ -70,6 +70,9 @@ pub struct Config {
     /// Device memory for the page table, in bytes: 480 for each distinct page that pixels may ask for, of which a power
     /// of two from 1024 to 65536 is allowed; beyond them all requests are coarsened.
     pub page_table_bytes: u64,
+    /// Share of the atlas, in percent, that a frame leaves to pages of earlier frames; 0 to 50. A small one keeps pages that
+    /// come and go with a pixel's jitter from being drawn again and again.
+    pub spare_percent: u32,
     /// Most layers of the atlas drawn in a frame, 16 to 4096. A page that moving casters touch has two layers. What is put
     /// off is served by coarser pages meanwhile.
     pub pages_per_frame: u32,
@@ -112,7 +115,8 @@ impl Config {
             route: RequestRoute::Flags,
             pressure: Pressure::Demand,
             page_table_bytes: 16384 * REQUEST_BYTES,
-            pages_per_frame: 256,
+            spare_percent: 10,
+            pages_per_frame: 192,
             pair_capacity: 131_072,
             page_cost: 16,
             still_frames: 16,
@@ -128,6 +132,13 @@ impl Config {
     /// Pages the atlas holds.
     pub fn page_capacity(&self) -> u32 {
         (self.atlas_bytes / (4 * u64::from(self.page_texels).pow(2))).min(u64::from(u32::MAX)) as u32
+    }
+
+    /// Layers of the atlas that one frame's pages may take.
+    pub(crate) fn chosen_layers(&self) -> u32 {
+        let pages = u64::from(self.page_capacity());
+        // the roots, moving casters included, always have their layers
+        (pages - pages * u64::from(self.spare_percent) / 100).max(8) as u32
     }
 
     /// Distinct pages that pixels may ask for: what the page table's memory allows.
@@ -197,6 +208,7 @@ impl Config {
             self.page_table_bytes,
             format!("{} to {} bytes", 1024 * REQUEST_BYTES, 65536 * REQUEST_BYTES),
         )?;
+        limit(self.spare_percent <= 50, "spare_percent", self.spare_percent, "0 to 50 percent".into())?;
         limit(
             (16..=4096).contains(&self.pages_per_frame),
             "pages_per_frame",

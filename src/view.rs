@@ -1,6 +1,9 @@
 //! `view.json`: camera, lights, image size and time as a file. What a file leaves out is taken from the scene.
 
 mod choose;
+mod path;
+
+pub use path::{CameraPath, PATH_NAMES, PathFile, Surroundings, median_distance};
 
 use crate::lab::View;
 use crate::scene::Scene;

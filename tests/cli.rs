@@ -94,7 +94,7 @@ fn ordered(spread: &Value, above_zero: bool) {
 #[test]
 fn usage_errors() {
     let place = Place::new("usage");
-    let cases: [(&str, &[&str]); 18] = [
+    let cases: [(&str, &[&str]); 27] = [
         ("", &["command", "allowed"]),
         ("draw", &["'draw'"]),
         ("render", &["--out"]),
@@ -113,6 +113,15 @@ fn usage_errors() {
         ("compare --out o", &["--methods"]),
         ("compare --out o --methods rmsm,", &["--methods"]),
         ("compare --out o --methods resolution=4096,rmsm", &["--methods", "'resolution=4096'"]),
+        ("bench", &["--out"]),
+        ("bench --out o --path spiral", &["--path", "'spiral'", "allowed is still, walk", ".json"]),
+        ("bench --out o --frames 0", &["--frames", "'0'", "1..=100000"]),
+        ("bench --out o --frames 100001", &["--frames", "'100001'", "1..=100000"]),
+        ("bench --out o --sun-rate nan", &["--sun-rate", "'nan'", "allowed", "21600"]),
+        ("bench --out o --sun-rate 1e999", &["--sun-rate", "'1e999'", "allowed"]),
+        ("bench --out o --movers 65", &["--movers", "'65'", "0..=64"]),
+        ("bench --out o --truth-every -1", &["'-1'"]),
+        ("bench --out o --methods rmsm,nope", &["--methods", "'nope'"]),
     ];
     for (arguments, words) in cases {
         place.bad(arguments, 2, words);
@@ -135,6 +144,11 @@ fn input_that_cannot_be_used() {
     place.bad("render --view none.json --out o", 1, &["none.json"]);
     place.bad("render --view broken.json --out o", 1, &["broken.json", "line 1"]);
     place.bad("compare --methods rmsm --view dark.json --out o", 1, &["dark.json", "lights[0].direction", "allowed"]);
+    write("path.json", r#"{"keys":[{"frame":0,"eye":[0,0,0],"target":[0,0,0]}]}"#);
+    place.bad("bench --path none.json --out o", 1, &["none.json", "cannot be read"]);
+    place.bad("bench --path broken.json --out deep/er/o", 1, &["broken.json", "no camera path", "line 1"]);
+    place.bad("bench --path path.json --out o", 1, &["path.json", "keys[0].target", "allowed"]);
+    place.bad("bench none.glb --animate --out o", 1, &["none.glb"]);
     place.bad("render --out file", 1, &["--out", "'file'", "allowed"]);
     place.bad("render --out file/below", 1, &["--out", "'file/below'"]);
     place.bad("render --out /proc/none", 1, &["--out", "'/proc/none'"]);
@@ -162,7 +176,7 @@ fn a_folder_in_a_files_place_leaves_nothing_behind() {
 #[test]
 fn help_has_examples() {
     let place = Place::new("help");
-    for command in ["", "render", "compare", "methods", "info"] {
+    for command in ["", "render", "compare", "bench", "methods", "info"] {
         let text = place.good(&format!("{command} --help"));
         assert!(text.contains("Example") && text.contains(&format!("umbrage {command}")), "{text}");
     }
@@ -313,4 +327,80 @@ fn compare_writes_what_it_promises() {
         assert!(number(row, "/prepass_ms") >= 0.0 && row["stages"].is_object());
     }
     assert_eq!(number(&rows[2], "/mismatch"), 0.0);
+}
+
+#[test]
+fn bench_writes_what_it_promises() {
+    let place = Place::new("bench");
+    let typed = ["uniform:resolution=512,fit=samples", "rmsm:atlas_mib=8", "rmsm:atlas_mib=8,cache=off"];
+    let text = place.good(&format!(
+        "bench --size 64x36 --path turn --frames 4 --movers 1 --sun-rate 5 --truth-every 1 --methods {} --out a",
+        typed.join(",")
+    ));
+    for word in typed.iter().chain(&["p95", "worst", "ratio", "/uniform", "/cold", "drawn", "MiB", "mismatch", "crawl"])
+    {
+        assert!(text.contains(word), "{word} is not in: {text}");
+    }
+    let files = ["bench.csv", "bench.json", "error.svg", "pages.svg", "time.svg", "view.json"];
+    assert_eq!(file_names(&place.0.join("a")), files);
+    let json = place.json("a/bench.json");
+    assert_eq!((&json["scene"], &json["path"]), (&"builtin".into(), &"turn".into()));
+    assert!(json["device"].is_string() && json["driver"].is_string());
+    let runs = json["runs"].as_array().unwrap();
+    assert_eq!(runs.iter().map(|run| run["method"].as_str().unwrap()).collect::<Vec<_>>(), typed);
+    for run in runs {
+        let [median, p95, worst] = ["median", "p95", "worst"].map(|key| number(run, &format!("/ms/{key}")));
+        assert!(0.0 < median && median <= p95 && p95 <= worst);
+        let ratio = |key: &str, time: &str| number(run, key) - number(run, time) / number(&runs[0], time);
+        assert!(ratio("/ratio_median", "/ms/median").abs() < 1e-9 && ratio("/ratio_p95", "/ms/p95").abs() < 1e-9);
+        assert!((number(run, "/ratio_uniform") - number(run, "/ratio_median")).abs() < 1e-9);
+        assert!((number(run, "/ratio_cold") - median / number(&runs[2], "/ms/median")).abs() < 1e-9);
+        let frames = run["frames"].as_array().unwrap();
+        assert_eq!(frames.iter().map(|f| number(f, "/frame")).collect::<Vec<_>>(), [0.0, 1.0, 2.0, 3.0]);
+        let times: Vec<f64> = frames.iter().map(|f| number(f, "/ms")).collect();
+        assert_eq!(times.iter().copied().fold(0.0, f64::max), worst);
+        assert!(frames.iter().all(|f| f["stages"].is_object() && f["errors"].is_object()));
+        assert!(frames[0].get("crawl").is_none() && frames[1..].iter().all(|f| f["crawl"].is_object()));
+        assert!(number(run, "/crawl/crawl") <= number(run, "/crawl/flips"));
+    }
+    assert!(runs[0]["frames"][0]["counters"].get("pages_drawn").is_none());
+    assert!(number(&runs[2], "/pages/pages_drawn/median") > 0.0);
+    assert!((0..4).all(|k| number(&runs[2], &format!("/frames/{k}/counters/pages_drawn")) > 0.0));
+
+    let csv = fs::read_to_string(place.0.join("a/bench.csv")).unwrap();
+    let lines: Vec<_> = csv.lines().collect();
+    assert_eq!(lines.len(), 1 + 4 * typed.len());
+    assert!(lines[0].starts_with("frame,time_s,method,ms,") && lines[0].ends_with("flips,reference_flips,crawl"));
+    for column in
+        ["lookup_ms", "pages_requested", "pages_hit", "pages_drawn", "pages_deferred", "pages_evicted", "bytes"]
+    {
+        assert!(lines[0].split(',').any(|name| name == column), "{column} is not in: {}", lines[0]);
+    }
+    for line in &lines[1..] {
+        // commas in quotes belong to the method
+        let commas = line.split('"').step_by(2).map(|part| part.matches(',').count()).sum::<usize>();
+        assert_eq!(commas, lines[0].matches(',').count(), "{line}");
+    }
+    assert!(lines[4].starts_with("1,0.016667,\"uniform:resolution=512,fit=samples\","), "{}", lines[4]);
+    for chart in ["time", "pages", "error"] {
+        let svg = fs::read_to_string(place.0.join(format!("a/{chart}.svg"))).unwrap();
+        assert!(svg.contains("<svg") && svg.trim_end().ends_with("</svg>") && svg.contains("frame"), "{chart}");
+    }
+}
+
+#[test]
+fn bench_without_truth_pages_or_motion_leaves_their_columns_empty() {
+    let place = Place::new("bench-plain");
+    let keys =
+        r#"{"keys":[{"frame":0,"eye":[-11,11,-16],"target":[0,2,0]},{"frame":2,"eye":[-9,9,-13],"target":[0,2,0]}]}"#;
+    fs::write(place.0.join("keys.json"), keys).unwrap();
+    let text = place.good("bench --size 64x36 --path keys.json --frames 2 --methods uniform:resolution=256 --out a");
+    assert!(text.contains("keys.json") && !text.contains("mismatch") && !text.contains("/cold"), "{text}");
+    assert_eq!(file_names(&place.0.join("a")), ["bench.csv", "bench.json", "time.svg", "view.json"]);
+    let run = &place.json("a/bench.json")["runs"][0];
+    for key in ["crawl", "mismatch", "ratio_cold"] {
+        assert!(run.get(key).is_none(), "{key}");
+    }
+    let csv = fs::read_to_string(place.0.join("a/bench.csv")).unwrap();
+    assert!(csv.lines().skip(1).all(|line| line.ends_with(",,,,,,,,,")), "{csv}");
 }

@@ -3,10 +3,10 @@
 
 use glam::DVec3;
 use serde_json::{Value, json};
-use umbrage::Light;
 use umbrage::lab::View;
 use umbrage::scene::{self, Scene};
-use umbrage::view::{DEFAULT_SIZE, ViewFile};
+use umbrage::view::{CameraPath, DEFAULT_SIZE, PATH_NAMES, PathFile, Surroundings, ViewFile};
+use umbrage::{Camera, Light};
 
 fn minimal() -> Value {
     json!({
@@ -180,4 +180,218 @@ fn the_chosen_view_is_valid_and_survives_the_file() {
         assert_eq!(again, view);
         assert!(view.camera.near < scene.diagonal() * 0.01 && view.camera.far < scene.diagonal() * 10.0);
     }
+}
+
+/// The cameras of a path through an empty room with a wall at x = 2, without warm-up.
+fn cameras(path: &CameraPath, base: &View, frames: u32, seed: u64) -> Vec<Camera> {
+    let scene = room();
+    let free = |from: DVec3, way: DVec3| (from.x < 2.0) == (from.x + way.x < 2.0);
+    path.cameras(base, &Surroundings { scene: &scene, distance: 4.0, free: &free }, 0, frames, seed).unwrap()
+}
+
+fn base(eye: [f64; 3], target: [f64; 3]) -> View {
+    let mut view = minimal();
+    view["camera"]["eye"] = json!(eye);
+    view["camera"]["target"] = json!(target);
+    complete(&view.to_string())
+}
+
+fn heading(camera: &Camera) -> DVec3 {
+    (camera.target - camera.eye).normalize()
+}
+
+#[test]
+fn every_path_starts_at_the_view_and_holds_the_scene() {
+    let base = base([-3.0, 1.0, 5.0], [0.0, 0.0, 0.0]);
+    let pixel = (2.0 * 30f64.to_radians().tan()) / f64::from(base.size[1]);
+    for name in PATH_NAMES {
+        let path = CameraPath::named(name).unwrap();
+        let cameras = cameras(&path, &base, 400, 7);
+        assert_eq!(cameras.len(), 400, "{name}");
+        assert_eq!(cameras, self::cameras(&path, &base, 400, 7), "{name} is not repeatable");
+        assert_eq!(cameras[0].eye, base.camera.eye, "{name}");
+        assert!(heading(&cameras[0]).distance(heading(&base.camera)) < pixel, "{name}");
+        for camera in &cameras {
+            View { camera: *camera, ..base.clone() }.check().unwrap();
+            assert_eq!((camera.near, camera.far), (cameras[0].near, cameras[0].far), "{name}");
+            let forward = heading(camera);
+            let deepest = (0..8).map(|i| {
+                DVec3::select(
+                    glam::BVec3::new(i & 1 != 0, i & 2 != 0, i & 4 != 0),
+                    DVec3::splat(10.0),
+                    DVec3::splat(-10.0),
+                )
+            });
+            assert!(deepest.into_iter().all(|c| (c - camera.eye).dot(forward) < camera.far), "{name}");
+        }
+    }
+    assert!(CameraPath::named("jump").is_none());
+}
+
+#[test]
+fn still_jitters_within_a_pixel() {
+    let base = base([-3.0, 1.0, 5.0], [0.0, 0.0, 0.0]);
+    let still = cameras(&CameraPath::Still, &base, 500, 1);
+    assert_ne!(still, cameras(&CameraPath::Still, &base, 500, 2));
+    let view = base.camera.view_from_world();
+    let scale = f64::from(base.size[1]) / (2.0 * 30f64.to_radians().tan());
+    let offsets: Vec<_> =
+        still.iter().map(|camera| view * heading(camera)).map(|h| [h.x, h.y].map(|v| v / -h.z * scale)).collect();
+    for axis in [0, 1] {
+        let (low, high) = offsets.iter().fold((0f64, 0f64), |(l, h), o| (l.min(o[axis]), h.max(o[axis])));
+        assert!(low < -0.45 && high > 0.45 && low >= -0.5 && high <= 0.5, "{low} to {high}");
+    }
+}
+
+#[test]
+fn walking_keeps_to_its_pace_and_turns_back_before_walls_and_at_the_end() {
+    for (eye, target) in [([-1.0, 1.0, 0.5], [3.0, 0.0, 0.0]), ([-1.0, 1.0, 0.0], [-1.5, 1.0, 9.0])] {
+        let base = base(eye, target);
+        let walk = cameras(&CameraPath::Walk, &base, 3000, 1);
+        let mut turned_back = false;
+        for pair in walk.windows(2) {
+            let step = pair[1].eye - pair[0].eye;
+            assert!(step.length() == 0.0 || (step.length() - 0.01).abs() < 1e-9, "{step}");
+            assert!(step.y.abs() < 1e-12);
+            turned_back |= heading(&pair[1]).dot(heading(&walk[0])) < -0.5;
+            // a twentieth of the viewing distance stays before the wall, and the scene ends at 10
+            assert!(pair[1].eye.x < 1.81 && pair[1].eye.abs().max_element() <= 10.0, "{}", pair[1].eye);
+        }
+        assert!(turned_back);
+    }
+}
+
+#[test]
+fn a_walker_with_walls_all_around_turns_on_the_spot() {
+    let (base, scene) = (base([0.0; 3], [0.0, 0.0, -1.0]), room());
+    let around = Surroundings { scene: &scene, distance: 4.0, free: &|_, _| false };
+    let walk = CameraPath::Walk.cameras(&base, &around, 0, 200, 1).unwrap();
+    assert!(walk.iter().all(|camera| camera.eye == base.camera.eye));
+    assert!(heading(&walk[60]).dot(heading(&walk[0])) < -0.999);
+}
+
+#[test]
+fn turn_fly_cut_and_zoom_do_what_they_say() {
+    let base = base([-3.0, 1.0, 5.0], [-3.0, 1.0, 0.0]);
+    let turn = cameras(&CameraPath::Turn, &base, 481, 1);
+    assert!((heading(&turn[0]).angle_between(heading(&turn[1])).to_degrees() - 0.75).abs() < 1e-9);
+    assert!(heading(&turn[120]).distance(-DVec3::X) < 1e-9 && heading(&turn[480]).distance(-DVec3::Z) < 1e-9);
+
+    let fly = cameras(&CameraPath::Fly, &base, 100, 1);
+    let step = fly[1].eye - fly[0].eye;
+    assert!((step - DVec3::new(0.0, 0.004, -0.04)).length() < 1e-12, "{step}");
+    assert!(fly.iter().any(|camera| heading(camera).angle_between(heading(&fly[0])).to_degrees() > 20.0));
+
+    let cut = cameras(&CameraPath::Cut, &base, 97, 1);
+    assert_eq!(CameraPath::named("teleport"), Some(CameraPath::Cut));
+    for (i, pair) in cut.windows(2).enumerate() {
+        let angle = heading(&pair[0]).angle_between(heading(&pair[1])).to_degrees();
+        if (i + 1) % 12 == 0 {
+            assert!((59.0..121.0).contains(&angle), "frame {i}: {angle}");
+        } else {
+            assert!(angle < 1.0 && pair[0].eye == pair[1].eye, "frame {i}: {angle}");
+        }
+        assert!(pair[0].eye.x < 2.0);
+    }
+    assert_eq!(cut[5].eye, cut[53].eye);
+    assert!(cut[0].eye != cut[12].eye && cut[12].eye.distance(cut[0].eye) <= 0.15 * 4.0);
+
+    let zoom = cameras(&CameraPath::Zoom, &base, 101, 1);
+    let fov = |frame: usize| zoom[frame].fov_y_deg / base.camera.fov_y_deg;
+    for (frame, share) in [(0, 1.0), (25, 0.125f64.sqrt()), (50, 0.125), (75, 0.125f64.sqrt()), (100, 1.0)] {
+        assert!((fov(frame) - share).abs() < 1e-12, "frame {frame}: {}", fov(frame));
+    }
+    assert_eq!(cameras(&CameraPath::Zoom, &base, 1, 1)[0].fov_y_deg, base.camera.fov_y_deg);
+}
+
+#[test]
+fn cuts_from_beside_the_scene_go_around_it() {
+    let base = base([-14.0, 5.0, 0.0], [0.0, 1.0, 0.0]);
+    let cut = cameras(&CameraPath::Cut, &base, 48, 3);
+    let pivot = base.camera.eye + 4.0 * heading(&base.camera);
+    for camera in cut.iter().step_by(12) {
+        let to_pivot = pivot - camera.eye;
+        // moved by up to 0.15 of the viewing distance
+        assert!((to_pivot.length() - 4.0).abs() < 0.61, "{to_pivot}");
+        assert!(heading(camera).angle_between(to_pivot).to_degrees() < 9.0, "{to_pivot}");
+    }
+    let side = cut[12].eye - pivot;
+    assert!((base.camera.eye - pivot).with_y(0.0).angle_between(side.with_y(0.0)).to_degrees() > 60.0);
+}
+
+#[test]
+fn the_warm_up_stands_where_frame_0_does() {
+    let (base, scene) = (base([0.0; 3], [0.0, 0.0, -1.0]), room());
+    let around = Surroundings { scene: &scene, distance: 4.0, free: &|_, _| true };
+    let turn = CameraPath::Turn.cameras(&base, &around, 3, 10, 1).unwrap();
+    assert_eq!((turn.len(), turn[0], turn[2]), (13, turn[3], turn[3]));
+    assert_ne!(turn[3], turn[4]);
+    let still = CameraPath::Still.cameras(&base, &around, 3, 10, 1).unwrap();
+    assert_ne!(still[0], still[1]);
+}
+
+fn keys(text: &str) -> CameraPath {
+    CameraPath::Keys(PathFile::parse("p.json", text).unwrap())
+}
+
+#[test]
+fn keys_are_joined_by_lines() {
+    let base = base([-3.0, 1.0, 5.0], [0.0, 0.0, 0.0]);
+    let path = keys(
+        r#"{"keys":[{"frame":2,"eye":[-4,0,0],"target":[-4,0,-1]},{"frame":6,"eye":[0,0,0],"target":[0,4,-1],"fov_y_deg":20}]}"#,
+    );
+    let cameras = cameras(&path, &base, 9, 1);
+    let at = |i: usize| (cameras[i].eye.to_array(), cameras[i].target.to_array(), cameras[i].fov_y_deg);
+    assert_eq!(at(0), at(2));
+    assert_eq!(at(2), ([-4.0, 0.0, 0.0], [-4.0, 0.0, -1.0], 60.0));
+    assert_eq!(at(3), ([-3.0, 0.0, 0.0], [-3.0, 1.0, -1.0], 50.0));
+    assert_eq!(at(6), ([0.0, 0.0, 0.0], [0.0, 4.0, -1.0], 20.0));
+    assert_eq!(at(8), at(6));
+}
+
+#[test]
+fn bad_path_files_are_refused() {
+    let key = |frame: &str, eye: &str, target: &str, more: &str| {
+        format!(r#"{{"frame":{frame},"eye":{eye},"target":{target}{more}}}"#)
+    };
+    let good = key("3", "[0,0,0]", "[0,0,-1]", "");
+    let cases = [
+        (String::new(), "is no camera path"),
+        ("[]".to_owned(), "is no camera path"),
+        ("{}".to_owned(), "missing field `keys`"),
+        (r#"{"keys":[]}"#.to_owned(), "keys is empty, allowed is at least one key"),
+        (format!(r#"{{"keys":[{}]}}"#, key("-1", "[0,0,0]", "[0,0,1]", "")), "-1"),
+        (format!(r#"{{"keys":[{}]}}"#, key("0", "[0,0]", "[0,0,1]", "")), "invalid length 2"),
+        (format!(r#"{{"keys":[{}]}}"#, key("0", "[0,0,0]", "[0,0,1]", r#","roll":1"#)), "unknown field `roll`"),
+        (
+            format!(r#"{{"keys":[{good},{}]}}"#, key("4", "[0,0,0]", "[0,0,0]", "")),
+            "keys[1].target is [0.0, 0.0, 0.0], allowed",
+        ),
+        (
+            format!(r#"{{"keys":[{}]}}"#, key("0", "[1e300,0,0]", "[0,0,1]", "")),
+            "keys[0].eye is [1e300, 0.0, 0.0], allowed",
+        ),
+        (
+            format!(r#"{{"keys":[{}]}}"#, key("0", "[0,0,0]", "[0,0,1]", r#","fov_y_deg":180"#)),
+            "keys[0].fov_y_deg is 180, allowed",
+        ),
+        (format!(r#"{{"keys":[{good},{good}]}}"#), "keys[1].frame is 3, allowed is above the 3"),
+    ];
+    for (text, expected) in cases {
+        let error = PathFile::parse("p.json", &text).unwrap_err().to_string();
+        assert!(error.starts_with("p.json: ") && error.contains(expected) && !error.contains('\n'), "{error}");
+    }
+    let error = PathFile::read("no/such/path.json".as_ref()).unwrap_err().to_string();
+    assert!(error.starts_with("no/such/path.json: cannot be read"), "{error}");
+}
+
+#[test]
+fn a_frame_between_keys_that_cannot_be_drawn_is_named() {
+    // half way the camera looks along its up direction
+    let path =
+        keys(r#"{"keys":[{"frame":0,"eye":[0,0,0],"target":[1,1,0]},{"frame":2,"eye":[0,0,0],"target":[-1,1,0]}]}"#);
+    let (base, scene) = (base([0.0; 3], [0.0, 0.0, -1.0]), room());
+    let around = Surroundings { scene: &scene, distance: 4.0, free: &|_, _| true };
+    let error = path.cameras(&base, &around, 3, 3, 1).unwrap_err().to_string();
+    assert!(error.starts_with("p.json: at frame 1 camera.up is") && error.contains("allowed is"), "{error}");
 }

@@ -1,14 +1,20 @@
 //! What can be typed after `umbrage`.
 
 use clap::{ArgAction, Parser, Subcommand};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use umbrage::methods::{self, MethodSpec};
-use umbrage::view::MAX_SIDE;
+use umbrage::view::{CameraPath, MAX_SIDE, PATH_NAMES};
+
+/// Methods that `bench` runs when none are named: a conventional map, the cache, and every page anew in every frame.
+const BENCH_METHODS: &str = "uniform:resolution=4096,rmsm,rmsm:cache=off";
+/// One turn a frame.
+const MAX_SUN_RATE: f64 = 21600.0;
 
 const EXAMPLES: &str = "\
 Examples:
   umbrage render --out out
   umbrage compare town.glb --methods rmsm,uniform:resolution=4096,raytraced --out out
+  umbrage bench town.glb --path walk --frames 300 --out out
   umbrage methods
   umbrage info";
 const RENDER_EXAMPLE: &str = "\
@@ -17,6 +23,9 @@ Example:
 const COMPARE_EXAMPLE: &str = "\
 Example:
   umbrage compare town.glb --methods rmsm,uniform:resolution=4096,fit=samples,raytraced --out out";
+const BENCH_EXAMPLE: &str = "\
+Example:
+  umbrage bench town.glb --path turn --frames 300 --animate --sun-rate 2 --truth-every 10 --out out";
 const METHODS_EXAMPLE: &str = "\
 Example:
   umbrage methods
@@ -42,6 +51,9 @@ pub enum Command {
     /// Runs several methods by turns on one view and compares time, memory and error.
     #[command(after_help = COMPARE_EXAMPLE)]
     Compare(CompareArgs),
+    /// Runs several methods over the frames of a camera path and reports each frame's time, pages and error.
+    #[command(after_help = BENCH_EXAMPLE)]
+    Bench(BenchArgs),
     /// Lists the methods with their sources and keys.
     #[command(after_help = METHODS_EXAMPLE)]
     Methods,
@@ -92,7 +104,7 @@ pub struct RenderArgs {
     /// Writes pictures of the method's inner state.
     #[arg(long)]
     pub debug: bool,
-    /// Timed frames, 1 to 1000, after 3 that are not timed.
+    /// Timed frames, 1 to 1000, after 3 to 64 that are not timed: until no page is deferred.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub frames: u32,
 }
@@ -104,9 +116,46 @@ pub struct CompareArgs {
     /// The methods, A,B:key=value,...; the first is the measure of the others.
     #[arg(long, value_name = "LIST", value_parser = method_list)]
     pub methods: MethodList,
-    /// Timed rounds, 1 to 1000, after 3 that are not timed; each runs every method once.
+    /// Timed rounds, 1 to 1000, after 3 to 64 that are not timed; each runs every method once.
     #[arg(long, value_name = "N", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub rounds: u32,
+}
+
+#[derive(Debug, clap::Args)]
+pub struct BenchArgs {
+    #[command(flatten)]
+    pub common: Common,
+    /// still, walk, turn, fly, cut (or teleport), zoom, or a .json file {"keys":[{"frame","eye","target","fov_y_deg"}]}.
+    #[arg(long, value_name = "NAME|FILE", default_value = "walk", value_parser = path)]
+    pub path: PathChoice,
+    /// Frames at 60 a second, 1 to 100000, after 3 at the first frame's place that are left out.
+    #[arg(long, value_name = "N", default_value_t = 120, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub frames: u32,
+    /// The methods, A,B:key=value,...; the first is the measure of the others.
+    #[arg(long, value_name = "LIST", default_value = BENCH_METHODS, value_parser = method_list)]
+    pub methods: MethodList,
+    /// Plays the file's first animation; a scene without one gets one mover of 5,000 triangles.
+    #[arg(long)]
+    pub animate: bool,
+    /// Adds movers of 5,000 triangles each, 0 to 64; a file's own animation then stands still.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=64))]
+    pub movers: Option<u32>,
+    /// Turns the sun about the horizontal axis across it, upwards where above 0; -21600 to 21600 degrees a second.
+    #[arg(long, value_name = "DEG_PER_S", default_value_t = 0.0, allow_negative_numbers = true, value_parser = sun_rate)]
+    pub sun_rate: f64,
+    /// Traces every K-th frame and reports errors there, with K = 1 crawl too; 0 never.
+    #[arg(long, value_name = "K", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=100_000))]
+    pub truth_every: u32,
+    /// Seed of jitter, viewpoints and movers.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// A path as typed; a file is read when the program runs.
+#[derive(Debug, Clone)]
+pub enum PathChoice {
+    Named(CameraPath),
+    File(PathBuf),
 }
 
 /// The methods in the order typed.
@@ -117,6 +166,18 @@ fn size(text: &str) -> Result<[u32; 2], String> {
     let allowed = format!("allowed is WxH with 1 to {MAX_SIDE} pixels a side, such as 1280x720");
     let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     sides.filter(|sides| sides.iter().all(|side| (1..=MAX_SIDE).contains(side))).ok_or(allowed)
+}
+
+fn path(text: &str) -> Result<PathChoice, String> {
+    let named = CameraPath::named(text).map(PathChoice::Named);
+    let file = || Path::new(text).extension().is_some_and(|e| e == "json").then(|| PathChoice::File(text.into()));
+    let allowed = || format!("allowed is {} or a file whose name ends in .json", PATH_NAMES.join(", "));
+    named.or_else(file).ok_or_else(allowed)
+}
+
+fn sun_rate(text: &str) -> Result<f64, String> {
+    let rate = text.parse().ok().filter(|rate| (-MAX_SUN_RATE..=MAX_SUN_RATE).contains(rate));
+    rate.ok_or_else(|| format!("allowed is a number of degrees a second from -{MAX_SUN_RATE} to {MAX_SUN_RATE}"))
 }
 
 fn checked(spec: MethodSpec) -> Result<MethodSpec, String> {
@@ -141,6 +202,37 @@ mod tests {
         assert_eq!(size("16384x1"), Ok([16384, 1]));
         for bad in ["", "x", "0x5", "5x0", "16385x1", "1280", "1280x", "-1x5", "1.5x2", "1280x720x3", "99999999999x1"] {
             assert!(size(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn paths() {
+        for name in PATH_NAMES {
+            assert!(matches!(path(name), Ok(PathChoice::Named(_))), "{name}");
+        }
+        assert!(matches!(path("keys/a.json"), Ok(PathChoice::File(file)) if file == Path::new("keys/a.json")));
+        for bad in ["", "Walk", "walk ", "keys", "json", ".json", "a.jso", "keys/a"] {
+            assert!(path(bad).is_err_and(|error| error.contains("teleport") && error.contains(".json")), "{bad}");
+        }
+    }
+
+    #[test]
+    fn sun_rates() {
+        assert_eq!(["0", "-2.5", "21600"].map(sun_rate), [Ok(0.0), Ok(-2.5), Ok(21600.0)]);
+        for bad in ["", "nan", "inf", "-inf", "1e999", "21601", "fast", "1 2"] {
+            assert!(sun_rate(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn bench_has_defaults_and_bounds() {
+        let parse = |text: &str| Args::try_parse_from(format!("umbrage bench --out o {text}").split_whitespace());
+        let Ok(Args { command: Command::Bench(args) }) = parse("") else { panic!("bench was not parsed") };
+        assert_eq!((args.frames, args.truth_every, args.movers, args.sun_rate), (120, 0, None, 0.0));
+        assert_eq!(args.methods.0.len(), 3);
+        assert!(parse("--sun-rate -3 --movers 64 --frames 100000 --seed 18446744073709551615").is_ok());
+        for bad in ["--frames 0", "--frames 100001", "--movers 65", "--movers -1", "--truth-every -1", "--seed -1"] {
+            assert!(parse(bad).is_err(), "{bad}");
         }
     }
 

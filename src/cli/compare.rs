@@ -57,7 +57,7 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     })?;
     if !common.quiet {
         print::out(&table(&comparison.rows));
-        print::out(&footer(&lab, args.rounds));
+        print::out(&footer(&lab, &format!("{} rounds by turns", args.rounds)));
         print::out(&format!("results are in {}\n", common.out.display()));
     }
     Ok(())
@@ -81,9 +81,10 @@ fn table(rows: &[Row]) -> String {
     print::table(&std::iter::once(header).chain(rows.iter().map(cells)).collect::<Vec<_>>(), 1)
 }
 
-fn footer(lab: &Lab, rounds: u32) -> String {
+/// What the printed times are; `of` says what they are the median of.
+pub fn footer(lab: &Lab, of: &str) -> String {
     let (name, driver) = (lab.device_name(), lab.driver());
-    let mut text = format!("ms: median of {rounds} rounds by turns, after the depth prepass, on {name} ({driver})\n");
+    let mut text = format!("ms: median of {of}, after the depth prepass, on {name} ({driver})\n");
     if lab.device_is_cpu() {
         text +=
             "This device is software on the CPU (lavapipe): compare its ratios, its times are not those of a GPU.\n";

@@ -5,7 +5,11 @@ use umbrage::lab::{Lab, LabError};
 use umbrage::methods::{FrameTimes, Method};
 
 /// Frames of each method before the timed ones; the first of them is the cold one.
-const WARM_UP: u32 = 3;
+pub const WARM_UP: u32 = 3;
+/// Most frames before the timed ones, for methods that spread their work over several.
+const MOST_WARM_UP: u32 = 64;
+/// The counter of pages that a method has put off to later frames.
+const DEFERRED: &str = "pages_deferred";
 
 /// Least, middle and greatest of some values.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -23,6 +27,28 @@ impl Spread {
         let at = |index: usize| sorted.get(index).copied().unwrap_or(0.0);
         let last = sorted.len().saturating_sub(1);
         Self { min: at(0), median: 0.5 * (at(last / 2) + at(last.div_ceil(2))), max: at(last) }
+    }
+}
+
+/// What many frames come to.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Tail {
+    pub median: f64,
+    /// The nearest rank: the least value that 95 % of the values do not exceed.
+    pub p95: f64,
+    /// The greatest value.
+    pub worst: f64,
+}
+
+impl Tail {
+    /// All zero where there are no values.
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
+        let mut sorted: Vec<f64> = values.into_iter().collect();
+        sorted.sort_by(f64::total_cmp);
+        let rank = (sorted.len() * 95).div_ceil(100);
+        let p95 = sorted.get(rank.saturating_sub(1)).copied().unwrap_or(0.0);
+        let Spread { median, max, .. } = Spread::of(sorted);
+        Self { median, p95, worst: max }
     }
 }
 
@@ -55,7 +81,7 @@ impl Timings {
     }
 }
 
-/// Runs every method once a round; `share` is told how much is done.
+/// Runs every method once a round; `share` is told how much is done. Rounds are timed once no method defers a page.
 pub fn by_turns(
     lab: &Lab,
     methods: &mut [Box<dyn Method>],
@@ -63,21 +89,35 @@ pub fn by_turns(
     share: impl Fn(f64),
 ) -> Result<Vec<Timings>, LabError> {
     let mut timings = vec![Timings::default(); methods.len()];
-    let mut done = 0.0;
-    let all = f64::from(WARM_UP + rounds) * methods.len() as f64;
-    for round in 0..WARM_UP + rounds {
+    let all = f64::from(WARM_UP + rounds);
+    for round in 0..MOST_WARM_UP {
+        if round >= WARM_UP && !any_defers(lab, methods)? {
+            break;
+        }
         for (method, timings) in methods.iter_mut().zip(&mut timings) {
             let frame = method.frame(lab)?;
-            match round {
-                0 => timings.cold = frame,
-                _ if round < WARM_UP => {}
-                _ => timings.frames.push(frame),
+            if round == 0 {
+                timings.cold = frame;
             }
-            done += 1.0;
-            share(done / all);
         }
+        share(f64::from((round + 1).min(WARM_UP)) / all);
+    }
+    for round in 0..rounds {
+        for (method, timings) in methods.iter_mut().zip(&mut timings) {
+            timings.frames.push(method.frame(lab)?);
+        }
+        share(f64::from(WARM_UP + round + 1) / all);
     }
     Ok(timings)
+}
+
+fn any_defers(lab: &Lab, methods: &mut [Box<dyn Method>]) -> Result<bool, LabError> {
+    for method in methods {
+        if method.statistics(lab)?.counters.iter().any(|&(name, pages)| name == DEFERRED && pages > 0) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 #[cfg(test)]
@@ -89,6 +129,17 @@ mod tests {
         assert_eq!(Spread::of([3.0, 1.0, 2.0]), Spread { min: 1.0, median: 2.0, max: 3.0 });
         assert_eq!(Spread::of([4.0, 1.0]), Spread { min: 1.0, median: 2.5, max: 4.0 });
         assert_eq!(Spread::of([]), Spread { min: 0.0, median: 0.0, max: 0.0 });
+    }
+
+    #[test]
+    fn tails() {
+        let tail = Tail::of((1..=100).rev().map(f64::from));
+        assert_eq!(tail, Tail { median: 50.5, p95: 95.0, worst: 100.0 });
+        // the nearest rank of 20 values is the 19th, of 19 the last
+        assert_eq!(Tail::of((1..=20).map(f64::from)).p95, 19.0);
+        assert_eq!(Tail::of((1..=19).map(f64::from)).p95, 19.0);
+        assert_eq!(Tail::of([7.0]), Tail { median: 7.0, p95: 7.0, worst: 7.0 });
+        assert_eq!(Tail::of([]), Tail { median: 0.0, p95: 0.0, worst: 0.0 });
     }
 
     #[test]

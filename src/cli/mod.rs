@@ -1,6 +1,7 @@
 //! The command line: what was typed in, one sentence out when it cannot be done.
 
 mod args;
+mod bench;
 mod compare;
 mod failure;
 mod folder;
@@ -42,6 +43,7 @@ fn run(command: &Command) -> Result<(), Failure> {
     match command {
         Command::Render(args) => render::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Bench(args) => bench::run(args),
         Command::Methods => methods::run(),
         Command::Info => info::run(),
     }

@@ -7,22 +7,42 @@ use super::progress::Progress;
 use std::path::Path;
 use std::rc::Rc;
 use umbrage::lab::{Lab, LabOptions, View};
-use umbrage::scene::{self, LoadOptions};
+use umbrage::scene::{self, LoadOptions, Motion};
 use umbrage::truth::Reference;
 use umbrage::view::{DEFAULT_SIZE, ViewFile};
 
 /// What to type for the built-in scene.
 const BUILTIN: &str = "builtin";
 
+/// What moves in a scene.
+#[derive(Debug, Clone, Copy)]
+pub struct Movement {
+    /// Whether a file's animation plays.
+    pub animate: bool,
+    /// Movers to add in its place; `None` adds one where something is to move and the file has no animation.
+    pub movers: Option<u32>,
+    /// Seed of their places.
+    pub seed: u64,
+}
+
 /// Opens the bench that the arguments describe.
 pub fn open(common: &Common, progress: &Progress) -> Result<Lab, Failure> {
+    open_moving(common, Movement { animate: false, movers: None, seed: 0 }, progress)
+}
+
+/// Opens the bench that the arguments describe, with what moves in it.
+pub fn open_moving(common: &Common, movement: Movement, progress: &Progress) -> Result<Lab, Failure> {
     let file = common.view.as_deref().map(ViewFile::read).transpose()?;
-    let scene = if common.scene == Path::new(BUILTIN) {
-        scene::builtin()
+    let Movement { animate, movers, seed } = movement;
+    let (mut scene, mut motion) = if common.scene == Path::new(BUILTIN) {
+        (scene::builtin(), None)
     } else {
         let time_s = file.as_ref().map_or(0.0, ViewFile::time_s);
         let options = LoadOptions { time_s, blend_casts: common.blend_casts };
-        progress.during("loading the scene", || scene::load(&common.scene, &options))?
+        progress.during("loading the scene", || match movers.unwrap_or(0) {
+            0 if animate => scene::load_moving(&common.scene, &options),
+            _ => scene::load(&common.scene, &options).map(|scene| (scene, None)),
+        })?
     };
     if !common.quiet {
         scene.warnings.iter().for_each(|warning| print::warn(warning));
@@ -31,8 +51,17 @@ pub fn open(common: &Common, progress: &Progress) -> Result<Lab, Failure> {
         Some(file) => file.complete(&scene, common.size)?,
         None => progress.during("choosing a view", || View::default_for(&scene, common.size.unwrap_or(DEFAULT_SIZE))),
     };
+    let missing = u32::from(animate && motion.is_none());
+    let count = movers.unwrap_or(missing);
+    if count > 0 {
+        motion = Some(Motion::synthetic(&mut scene, view.camera.eye, view.camera.target, count, seed));
+    }
     let options = LabOptions { device: common.device, validation: common.validation };
-    Ok(progress.during("opening the device", || Lab::new(&options, scene, view))?)
+    let mut lab = progress.during("opening the device", || Lab::new(&options, scene, view))?;
+    if let Some(motion) = motion {
+        lab.set_motion(motion);
+    }
+    Ok(lab)
 }
 
 /// Traces the rays that the results are compared with.

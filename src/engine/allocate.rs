@@ -89,7 +89,7 @@ impl Allocate {
                 "allocate_choose",
                 spirv!("engine/allocate_choose.comp"),
                 &[counters, histogram, node],
-                &[config.page_capacity()],
+                &[config.chosen_layers()],
                 size_of::<ChoosePush>(),
             )?,
             defer: Compute::new(

@@ -47,8 +47,14 @@ const PARAMETERS: &[Parameter] = &[
         meaning: "device memory of the page table in KiB",
     },
     Parameter {
+        key: "spare",
+        default: "10",
+        allowed: "0 to 50",
+        meaning: "percent of the atlas that a frame leaves to pages of earlier frames",
+    },
+    Parameter {
         key: "pages",
-        default: "256",
+        default: "192",
         allowed: "16 to 4096",
         meaning: "most layers of the atlas drawn in a frame",
     },
@@ -115,6 +121,7 @@ pub(super) fn config(spec: &MethodSpec, size: [u32; 2]) -> Result<Config, LabErr
     };
     config.page_table_bytes =
         u64::from(spec.u32_in("table_kib", (config.page_table_bytes >> 10) as u32, 480..=30720)?) << 10;
+    config.spare_percent = spec.u32_in("spare", config.spare_percent, 0..=50)?;
     config.pages_per_frame = spec.u32_in("pages", config.pages_per_frame, 16..=4096)?;
     config.pair_capacity = spec.u32_in("pairs", config.pair_capacity, 1024..=1 << 20)?;
     config.cache = spec.one_of("cache", "on", &["on", "off"])? == "on";

@@ -7,6 +7,8 @@ mod exr;
 mod false_color;
 mod font;
 mod picture;
+#[cfg(feature = "cli")]
+mod plot;
 mod png;
 mod shade;
 
@@ -14,6 +16,8 @@ pub use atomic::write_file;
 pub use exr::{ExrImage, read_exr, write_exr};
 pub use false_color::{ids, levels};
 pub use picture::{DIFFERENCE_LEGEND, Picture, side_by_side};
+#[cfg(feature = "cli")]
+pub use plot::{Chart, Line, write_svg};
 pub use png::{encode_png, write_png};
 pub use shade::{difference, shade};
 

@@ -76,14 +76,16 @@ pub(super) fn build(mut parts: Vec<Part>, rest: Surroundings) -> Result<(Scene, 
     let mut placed = Vec::new();
     for (mut part, finished) in parts.into_iter().zip(finished) {
         let (mesh, first_vertex) = (scene.meshes.len() as u32, scene.positions.len() as u32);
-        let moves = part.moves.take();
-        if let Some(Moves { how: How::Deforms(deform), .. }) = moves {
-            let mut deform = deform;
-            deform.rest.pick(&finished.order);
-            placed.push(Placed::Deform { mesh, first_vertex, deform });
-        } else if let Some(Moves { how: How::Rigid { nodes, centre }, .. }) = moves {
-            let first = scene.instances.len() as u32;
-            placed.extend(nodes.iter().map(|&(i, node)| Placed::Rigid { instance: first + i, node, centre }));
+        match part.moves.take().map(|moves| moves.how) {
+            Some(How::Deforms(mut deform)) => {
+                deform.rest.pick(&finished.order);
+                placed.push(Placed::Deform { mesh, first_vertex, deform });
+            }
+            Some(How::Rigid { nodes, centre }) => {
+                let first = scene.instances.len() as u32;
+                placed.extend(nodes.iter().map(|&(i, node)| Placed::Rigid { instance: first + i, node, centre }));
+            }
+            None => {}
         }
         append(&mut scene, &part, finished);
     }
@@ -205,7 +207,7 @@ struct Finished {
     attributes: Vec<Attributes>,
     triangles: Vec<[u32; 3]>,
     clusters: Vec<Cluster>,
-    /// The part's vertex behind each stored one.
+    /// The part's vertex behind each stored one; empty where nothing moves the part.
     order: Vec<u32>,
 }
 
@@ -216,8 +218,9 @@ fn finish(part: &Part, origin: DVec3) -> Finished {
     let clusters = clusters::build(&positions, &mut triangles);
     // vertices in the order the clusters read them
     let order = renumber(&mut triangles, positions.len());
-    let attributes = pick(&part.attributes, &order);
-    Finished { positions: pick(&positions, &order), attributes, triangles, clusters, order }
+    let (positions, attributes) = (pick(&positions, &order), pick(&part.attributes, &order));
+    let order = if part.moves.is_some() { order } else { Vec::new() };
+    Finished { positions, attributes, triangles, clusters, order }
 }
 
 fn append(scene: &mut Scene, part: &Part, finished: Finished) {

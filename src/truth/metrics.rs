@@ -154,7 +154,7 @@ fn edge_pixels(reference: &Reference) -> u64 {
     (0..v.len()).filter(|&i| reference.decided[i] && is_edge(i)).count() as u64
 }
 
-fn check(result: &[f32], reference: &Reference) -> Result<(), TruthError> {
+pub(super) fn check(result: &[f32], reference: &Reference) -> Result<(), TruthError> {
     let want = reference.width as usize * reference.height as usize;
     let lists = [
         ("the result", result.len()),

@@ -4,12 +4,14 @@
 
 mod alpha;
 mod bvh;
+mod crawl;
 mod metrics;
 mod reference;
 mod soft;
 mod trace;
 
 pub use alpha::alpha_at;
+pub use crawl::{Crawl, crawl};
 pub use metrics::{Metrics, PixelClass, classify, compare, rmse};
 pub use reference::{DECIDED_N_DOT_L, Reference, reference, trace_visibility};
 pub use soft::{SOFT_SAMPLES, reference_soft};

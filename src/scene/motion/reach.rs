@@ -39,10 +39,11 @@ pub(in crate::scene) fn reach(rig: &Rig, parts: &mut [Part], time_s: f64) -> Res
                 poses.par_iter().map(of).reduce(Vec::new, unions)
             }
         };
-        let still = part.instances.iter().zip(0u32..).filter(|(_, i)| match &moves.how {
-            How::Rigid { nodes, .. } => nodes.iter().all(|(moving, _)| moving != i),
-            How::Deforms(_) => false,
-        });
+        let mut still = vec![true; part.instances.len()];
+        if let How::Rigid { nodes, .. } = &moves.how {
+            nodes.iter().for_each(|(i, _)| still[*i as usize] = false);
+        }
+        let still = part.instances.iter().zip(still).filter(|(_, still)| *still);
         let still = bounds(still.flat_map(|(m, _)| part.positions.iter().map(|p| m.transform_point3(*p))));
         let all = boxes.into_iter().map(widen).fold(still, union);
         if let Some(moves) = &mut part.moves {

@@ -1,0 +1,80 @@
+//! Runs the frames: each step shows one view to all methods.
+
+use super::record::Record;
+use super::schedule::Schedule;
+use crate::cli::failure::Failure;
+use crate::cli::report::Errors;
+use std::rc::Rc;
+use umbrage::lab::{Lab, LabError};
+use umbrage::methods::Method;
+use umbrage::truth::{self, Reference};
+
+/// What the next frame is compared with.
+#[derive(Default)]
+struct Before {
+    /// Step and reference.
+    reference: Option<(u32, Rc<Reference>)>,
+    /// Visibility of each method at that step.
+    visibility: Vec<Vec<f32>>,
+}
+
+/// All frames of every method; the first to run changes from frame to frame. `share` is told how much is done.
+pub fn run(
+    lab: &mut Lab,
+    methods: &mut [Box<dyn Method>],
+    schedule: &Schedule,
+    truth_every: u32,
+    share: impl Fn(f64),
+) -> Result<Vec<Vec<Record>>, Failure> {
+    let mut runs: Vec<Vec<Record>> = vec![Vec::new(); methods.len()];
+    let mut before = Before { reference: None, visibility: vec![Vec::new(); methods.len()] };
+    for step in 0..schedule.steps() {
+        let Some(view) = schedule.view(step) else { break };
+        lab.animate(view.time_s)?;
+        lab.look(view)?;
+        for turn in 0..methods.len() {
+            let m = (turn + step as usize) % methods.len();
+            let record = one(lab, methods[m].as_mut())?;
+            if Schedule::frame(step).is_some() {
+                runs[m].push(record);
+            }
+        }
+        let frame = Schedule::frame(step);
+        if frame.is_some_and(|frame| truth_every > 0 && frame % truth_every == 0) {
+            measure(lab, methods, step, &mut before, &mut runs)?;
+        }
+        share(f64::from(step + 1) / f64::from(schedule.steps()));
+    }
+    Ok(runs)
+}
+
+fn one(lab: &Lab, method: &mut dyn Method) -> Result<Record, LabError> {
+    let times = method.frame(lab)?;
+    let counters = method.statistics(lab)?.counters;
+    let bytes = method.memory().iter().map(|(_, bytes)| bytes).sum();
+    Ok(Record { times, counters, bytes, errors: None, crawl: None })
+}
+
+/// Compares each method's last frame with the reference, and with the frame before where that was measured too.
+fn measure(
+    lab: &Lab,
+    methods: &mut [Box<dyn Method>],
+    step: u32,
+    before: &mut Before,
+    runs: &mut [Vec<Record>],
+) -> Result<(), Failure> {
+    let reference = lab.reference(&|_| {})?;
+    let last = before.reference.take().filter(|(at, _)| at + 1 == step);
+    for ((method, run), old) in methods.iter_mut().zip(runs).zip(&mut before.visibility) {
+        let visibility = method.visibility(lab)?;
+        if let Some(record) = run.last_mut() {
+            record.errors = Some(Errors::from(truth::compare(&visibility, &reference)?));
+            if let Some((_, last)) = &last {
+                record.crawl = Some(truth::crawl((old.as_slice(), &**last), (&visibility, &reference))?);
+            }
+        }
+        *old = visibility;
+    }
+    before.reference = Some((step, reference));
+    Ok(())
+}
