@@ -23,7 +23,7 @@ uint own_entry(Node node) {
     int level = key_level(node.key);
     if (node.page != 0u) {
         Page page = pages[node.page - 1u];
-        return page.admitted != 0u ? make_entry(level, page.slot, page.dynamic_slot) : 0u;
+        return page.admitted == 1u ? make_entry(level, page.slot, page.dynamic_slot) : 0u;
     }
     // where the budgets put something off, whatever is still right serves; otherwise a frame shows what a first one would
     if (counters.draw_threshold == 0u && counters.deferred == 0u) {

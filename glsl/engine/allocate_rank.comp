@@ -37,7 +37,8 @@ void main() {
             layers -= page_layers(node.marks);
             draws -= page_draws(node.slot, node.marks);
         }
-        uint rank = PRESSURE == 2u ? 64u * uint(level) : refine_rank(node.below / 2u, layers);
+        // what costs no layer always goes on, so that putting pages off never takes more layers than drawing them
+        uint rank = PRESSURE == 2u && layers > 0 ? 64u * uint(level) : refine_rank(node.below / 2u, layers);
         nodes[slot].cost = cost_of(rank, draws, layers);
     }
 }

@@ -100,7 +100,8 @@ void main() {
         // the budget of the atlas leaves enough layers; a page without one does not serve
         bool room = (page.draws < 2u || at.x < free_count) && (page.slot != NONE || at.y < free_count);
         if (!room) {
-            pages[i].admitted = 0u;
+            pages[i].admitted = 2u;
+            atomicAdd(counters.deferred, (page.draws & 1u) + (page.draws >> 1));
             continue;
         }
         if (page.draws > 1u) {

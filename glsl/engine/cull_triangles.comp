@@ -60,6 +60,12 @@ void main() {
     uint local = gl_LocalInvocationIndex;
     Pair pair = pairs[index];
     Page page = pages[pair.target >> 1];
+    if (page.admitted != 1u) {
+        if (local == 0u) {
+            draw(index, 0u, 0u);
+        }
+        return;
+    }
     Cluster cluster = clusters[pair.cluster];
     Instance instance = instances[pair.instance];
     if (draws_whole(page, instance, cluster)) {

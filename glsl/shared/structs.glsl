@@ -27,7 +27,7 @@ struct Page {
     uint slot;          // layer of the atlas with the casters that stand still; NONE until assigned
     uint dynamic_slot;  // layer with those that move; NONE where there are none
     uint draws;         // bit 0: the first layer must be drawn, bit 1: the second
-    uint admitted;      // 1 when it serves: its draws fit the budgets
+    uint admitted;      // 1 when it serves: its draws fit the budgets; 2: they fit the pairs only
     vec2 origin;        // light-space xy of the corner of its texel (0, 0), relative to the scene's origin
     float scale;        // texels per world unit
     uint pad;

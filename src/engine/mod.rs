@@ -28,6 +28,9 @@ use buffers::Buffers;
 use constants::History;
 use std::sync::Arc;
 
+/// Layers that `cache_assign` has room for.
+const MAX_LAYERS: u32 = 2048;
+
 /// The engine: one light, one view, one scene.
 pub struct Engine {
     pub(crate) config: Config,
@@ -75,7 +78,7 @@ impl Engine {
         scene: &SceneBuffers,
         receivers: &Receivers,
     ) -> Result<Self, Error> {
-        config.check(gpu.limits.max_image_array_layers.min(gpu.limits.max_framebuffer_layers))?;
+        config.check(gpu.limits.max_image_array_layers.min(gpu.limits.max_framebuffer_layers).min(MAX_LAYERS))?;
         // a caster lies on at most all four roots, which must always be drawn
         let least = scene.caster_count.saturating_mul(4);
         if config.pair_capacity < least {

@@ -312,8 +312,8 @@ impl AllocateStage {
         Ok(Self { config: config.clone(), b, compact, page_sort, allocate })
     }
 
-    /// Chooses pages and fills the entries. In between, pages get layers as [`crate::twin::allocate::Page`] says; those that are not
-    /// `ready` do not serve if chosen, and lose their layer if only held.
+    /// Chooses pages and fills the entries. In between, pages get layers as [`crate::twin::allocate::Page`] says; those
+    /// that are not `ready` do not serve if chosen, and lose their layer if only held.
     pub fn run(&self, lab: &Lab, frame: &Frame, input: &Input, ready: impl Fn(u32) -> bool) -> Result<Table> {
         let b = &self.b;
         let requests = input.list();

@@ -1,34 +1,36 @@
-//! Allocate against its twin: tree, ranks, threshold, pages, entries.
+//! Allocate against its twin: tree, costs, ranks, thresholds, pages, entries.
 
 use crate::bench::{Bench, Lcg};
 use crate::comparators::same_table;
 use std::collections::BTreeMap;
-use umbrage::Config;
 use umbrage::gpu::structs::Frame;
-use umbrage::lab::stages::{AllocateStage, frame_constants};
-use umbrage::twin::allocate::{Allocation, allocate};
-use umbrage::twin::compact::compact;
+use umbrage::lab::stages::{AllocateStage, Table, frame_constants};
+use umbrage::twin::allocate::{Allocation, Input, Service, allocate};
 use umbrage::twin::key::{key_ancestor, key_level, key_of, key_page};
+use umbrage::{Config, Pressure};
 
 type Requests = BTreeMap<u32, u32>;
 
-type Drawn = fn(u32) -> bool;
+type Ready = fn(u32) -> bool;
 
 const KEYS: u32 = 64;
+/// More layers than any case draws.
+const PLENTY: u32 = 512;
+const FRAME: u32 = 9;
 
-/// Which of the selected pages may serve.
-const RULES: [(&str, Drawn); 3] = [
+/// Which pages may serve.
+const RULES: [(&str, Ready); 3] = [
     ("all", |_| true),
     ("coarse pages", |key| key >> 28 <= 3),
     ("every other page", |key| key.count_ones().is_multiple_of(2)),
 ];
 
 fn config(pages: u64, level_bias: f32) -> Config {
-    let page_texels = 64;
     Config {
-        page_texels,
+        page_texels: 64,
         atlas_bytes: pages * 4 * 64 * 64,
-        request_capacity: KEYS,
+        page_table_bytes: 480 * u64::from(KEYS),
+        spare_percent: 0,
         pair_capacity: 1024,
         level_bias,
         ..Config::new([64, 48])
@@ -81,51 +83,101 @@ fn cases() -> Vec<(String, Requests)> {
     cases
 }
 
-fn run(
-    lab: &Bench,
-    stage: &AllocateStage,
-    frame: &Frame,
-    case: &str,
-    requests: &Requests,
-    config: &Config,
-) -> Allocation {
-    let list: Vec<_> = requests.iter().map(|(&k, &c)| (k, c)).collect();
-    let runs = compact(&list).runs;
-    let want = allocate(requests, runs, KEYS, config.page_capacity(), config.weight_bits());
-    assert!(want.pages.len() as u32 <= config.page_capacity(), "{case}: the twin overfills the atlas");
-    let tolerance = (-config.level_bias).ceil().max(0.0) as i32;
-    for (name, drawn) in RULES {
-        let got = stage.run(lab, frame, &list, runs, drawn).unwrap();
-        let served = want.serve(drawn, tolerance);
-        if let Err(why) = same_table(&want, &served, &got) {
-            panic!("{case}, {} pages, {name} drawn: {why}", config.page_capacity());
+/// A stage and what it runs with.
+struct Rig<'a> {
+    lab: &'a Bench,
+    config: Config,
+    stage: AllocateStage,
+    frame: Frame,
+}
+
+impl<'a> Rig<'a> {
+    fn new(lab: &'a Bench, config: Config) -> Self {
+        let stage = AllocateStage::new(lab, &config).unwrap();
+        let mut frame = frame_constants(lab, &config).unwrap();
+        frame.cache[1] = FRAME;
+        Self { lab, config, stage, frame }
+    }
+
+    /// Compares stage and twin; what the twin chose, and what serves when all that may serve does.
+    fn check(&self, case: &str, input: &Input) -> (Allocation, Service) {
+        let Self { config, frame, .. } = self;
+        let case =
+            format!("{case}, {:?}, {} pages, {} draws", config.pressure, config.page_capacity(), input.draw_budget);
+        let want = allocate(input, config);
+        let tolerance = (-config.level_bias).ceil().max(0.0) as i32;
+        for (name, ready) in RULES {
+            let got = self.stage.run(self.lab, frame, input, ready).unwrap();
+            let served = want.serve(ready, tolerance);
+            if let Err(why) = same_table(&want, &served, &got, FRAME) {
+                panic!("{case}, {name} ready: {why}");
+            }
+            for page in &got.pages {
+                let (level, [x, y]) = (key_level(page.key), key_page(page.key));
+                let corner = [
+                    (frame.anchor_page[0] + ((x << level) as i32)) as f32,
+                    (frame.anchor_page[1] + ((y << level) as i32)) as f32,
+                ];
+                assert_eq!(page.origin, corner.map(|c| c * frame.page[0]), "{case}: {page:?}");
+                assert_eq!(page.scale, frame.rule[3] * frame.page[1] * (-level as f32).exp2(), "{case}: {page:?}");
+            }
+            if name == "all" {
+                let spare = config.page_capacity() * config.spare_percent / 100;
+                keeps_its_limits(&case, input, &want, config.page_capacity() - spare, &got);
+            }
         }
-        for page in &got.pages {
-            let (level, [x, y]) = (key_level(page.key), key_page(page.key));
-            let corner = [
-                (frame.anchor_page[0] + ((x << level) as i32)) as f32,
-                (frame.anchor_page[1] + ((y << level) as i32)) as f32,
-            ];
-            assert_eq!(page.origin, corner.map(|c| c * frame.page[0]), "{case}: {page:?}");
-            assert_eq!(page.scale, frame.rule[3] * frame.page[1] * (-level as f32).exp2(), "{case}: {page:?}");
+        let served = want.serve(|_| true, tolerance);
+        (want, served)
+    }
+}
+
+/// What must hold whatever the ranks are. `want` tells only what was asked for.
+fn keeps_its_limits(case: &str, input: &Input, want: &Allocation, most_layers: u32, got: &Table) {
+    let keys: Vec<u32> = got.pages.iter().map(|page| page.key).collect();
+    let chosen = |key: u32| keys.binary_search(&key).is_ok();
+    let root = |key: u32| key_level(key) == 13;
+    // every leaf has a page, and so does every leaf below a page's parent, below that parent
+    for &leaf in &want.leaves {
+        let mut above = (0..14).map(|steps| key_ancestor(leaf, steps));
+        let serving = above.find(|&key| chosen(key)).unwrap_or_else(|| panic!("{case}: nothing serves {leaf:x}"));
+        let refined = keys.iter().filter(|&&key| !root(key)).map(|&key| key_ancestor(key, 1));
+        for parent in refined.filter(|&p| key_ancestor(leaf, (key_level(p) - key_level(leaf)).max(0) as u32) == p) {
+            let below = leaf == parent || key_level(serving) < key_level(parent);
+            assert!(below, "{case}: {serving:x} serves {leaf:x}, but {parent:x} is refined");
         }
     }
-    want
+    // a refined page is chosen only where pixels ask for it
+    for &key in keys.iter().filter(|&&key| !root(key)) {
+        let refined = keys
+            .iter()
+            .any(|&k| key_level(k) < key_level(key) && key_ancestor(k, (key_level(key) - key_level(k)) as u32) == key);
+        assert!(!refined || want.leaves.contains(&key), "{case}: {key:x} is refined and chosen");
+    }
+    let moving = |key: &&u32| input.moving.contains(key);
+    let layers = keys.len() + keys.iter().filter(moving).count();
+    assert!(layers <= most_layers as usize, "{case}: {layers} layers");
+    let draws = |root_only: bool| {
+        let counted = got.pages.iter().filter(|page| !root_only || root(page.key));
+        counted.map(|page| page.draws.count_ones()).sum::<u32>()
+    };
+    let c = &got.counters;
+    assert!(draws(false) <= input.draw_budget.max(draws(true)), "{case}: {} layers drawn", draws(false));
+    assert_eq!(c.draws_asked, draws(false) + c.deferred, "{case}: {c:?}");
+    assert_eq!(c.deferred > 0, c.draws_asked > input.draw_budget, "{case}: {c:?}");
+    let held = keys.iter().filter(|key| input.held.iter().any(|held| held.0 == **key)).count() as u32;
+    assert_eq!(c.hits + c.stale, held, "{case}: {c:?}");
 }
 
 #[test]
 fn allocates_as_its_twin_does() {
     let lab = Bench::plain();
     let mut shifts = Vec::new();
-    for (pages, level_bias) in [(8, 0.0), (24, -1.5), (256, 0.5)] {
-        let config = config(pages, level_bias);
-        let stage = AllocateStage::new(&lab, &config).unwrap();
-        let frame = frame_constants(&lab, &config).unwrap();
+    for (pages, level_bias) in [(16, 0.0), (24, -1.5), (256, 0.5)] {
+        let rig = Rig::new(&lab, config(pages, level_bias));
         let mut full = 0;
         for (case, requests) in cases() {
-            let want = run(&lab, &stage, &frame, &case, &requests, &config);
-            let all_leaves = want.leaves.iter().all(|leaf| want.pages.contains(leaf));
-            full += usize::from(!all_leaves);
+            let (want, _) = rig.check(&case, &Input { requests, draw_budget: PLENTY, ..Input::default() });
+            full += usize::from(!want.leaves.iter().all(|&leaf| want.chose(leaf)));
             shifts.push(want.shift);
         }
         assert_eq!(full > 0, pages < 256, "{full} cases do not fit {pages} pages");
@@ -133,33 +185,107 @@ fn allocates_as_its_twin_does() {
     assert!([0, 2, 5].iter().all(|s| shifts.contains(s)), "{shifts:?}");
 }
 
+/// Pages of the quadtree and some beyond it held, right or stale; casters that move on a few and on all above these. At
+/// seed 2 all pages are held and right and nothing moves.
+fn kept(requests: Requests, draw_budget: u32, config: &Config, seed: u64) -> Input {
+    let mut lcg = Lcg(seed);
+    let mut input = Input { requests, draw_budget, ..Input::default() };
+    let nodes: Vec<u32> = allocate(&input, config).nodes.into_keys().collect();
+    let settled = seed == 2;
+    let one_in = if settled { 1 } else { 1 + lcg.below(3) };
+    let mut held: Vec<u32> = nodes.iter().copied().filter(|_| lcg.below(one_in) == 0).collect();
+    held.extend((0..3).map(|i| key_of(2, [4000 + i, 7])));
+    for i in (1..held.len()).rev() {
+        held.swap(i, lcg.below(i as u32 + 1) as usize);
+    }
+    held.truncate(config.page_capacity() as usize);
+    input.held = held.into_iter().map(|key| (key, settled || lcg.below(4) > 0)).collect();
+    for _ in 0..if settled { 0 } else { lcg.below(6) } {
+        let touched = nodes[lcg.below(nodes.len() as u32) as usize];
+        input.moving.extend((0..14).map(|steps| key_ancestor(touched, steps)));
+    }
+    input
+}
+
+#[test]
+fn allocates_kept_pages_as_its_twin_does() {
+    let lab = Bench::plain();
+    let mut seen = BTreeMap::<&str, u32>::new();
+    for pressure in [Pressure::Demand, Pressure::Histogram, Pressure::Level] {
+        for (pages, spare_percent) in [(16, 0), (40, 10), (256, 50)] {
+            let rig = Rig::new(&lab, Config { pressure, spare_percent, ..config(pages, -0.5) });
+            for seed in 1..=8 {
+                let requests = if seed % 4 == 0 { square(3, KEYS) } else { scattered(15 * (seed as u32 % 4), seed) };
+                for draw_budget in [16, 24, 60, PLENTY] {
+                    let case = format!("kept, seed {seed}");
+                    let (want, served) = rig.check(&case, &kept(requests.clone(), draw_budget, &rig.config, seed));
+                    let layers = want.pages.iter().map(|page| page.slot);
+                    let others = |entry: u32| layers.clone().all(|layer| layer != entry & 0x1fff);
+                    let happened = [
+                        ("hit", want.hits > 0),
+                        ("stale", want.stale > 0),
+                        ("moving", want.pages.iter().any(|page| page.draws > 1)),
+                        ("atlas full", want.threshold > 1),
+                        ("put off", want.deferred > 0),
+                        ("both", want.threshold > 1 && want.deferred > 0),
+                        ("nothing drawn", want.draws_asked == 0),
+                        ("served by a page not chosen", served.entries.values().any(|&entry| others(entry))),
+                    ];
+                    for (what, yes) in happened {
+                        *seen.entry(what).or_default() += u32::from(yes);
+                    }
+                }
+            }
+        }
+    }
+    assert!(seen.values().all(|&n| n > 0), "{seen:?}");
+}
+
+/// Putting off a page that moving casters touch once took a layer more than the one page below it, which nobody counted.
+#[test]
+fn pages_put_off_do_not_overfill_the_atlas_where_levels_give_way() {
+    let lab = Bench::plain();
+    let rig = Rig::new(&lab, Config { pressure: Pressure::Level, ..config(21, 0.0) });
+    // below the first root a moving page, a moving page below that and one that stands still, the only one asked for
+    let chain: Vec<u32> = (10..14).map(|level| key_of(level, [0, 0])).collect();
+    // one new page below each of two that are held
+    let (old, new) = ([[2, 0], [2, 1]].map(|p| key_of(12, p)), [[4, 0], [4, 2]].map(|p| key_of(11, p)));
+    let fillers = (0..16).map(|i| key_of(12, [i & 3, i >> 2])).filter(|key| !old.contains(key) && *key != chain[2]);
+    let input = Input {
+        requests: fillers.chain(new).chain([chain[0]]).map(|key| (key, 1)).collect(),
+        held: [chain[0], chain[2], chain[3], old[0], old[1]].map(|key| (key, true)).into(),
+        moving: chain[1..].iter().copied().collect(),
+        draw_budget: 18,
+    };
+    rig.check("a chain put off", &input);
+}
+
 /// Requests so far apart that their ancestors do not fit the table: what is missing is counted, and what is served is
 /// served by a page that is there. Which nodes are missing is a matter of chance.
 #[test]
 fn a_full_table_serves_what_it_can() {
     let lab = Bench::plain();
-    let config = config(64, 0.0);
-    let stage = AllocateStage::new(&lab, &config).unwrap();
-    let frame = frame_constants(&lab, &config).unwrap();
+    let rig = Rig::new(&lab, config(64, 0.0));
     let mut lcg = Lcg(21);
     let requests: Requests =
         (0..KEYS).map(|_| (key_of(0, [lcg.below(16384), lcg.below(16384)]), 1 + lcg.below(9))).collect();
-    let list: Vec<_> = requests.into_iter().collect();
-    let got = stage.run(&lab, &frame, &list, compact(&list).runs, |_| true).unwrap();
+    let input = Input { requests, draw_budget: PLENTY, ..Input::default() };
+    let got = rig.stage.run(&lab, &rig.frame, &input, |_| true).unwrap();
     let c = &got.counters;
-    assert!(c.failed > 0 && c.leaves == list.len() as u32 && c.shift == 0, "{c:?}");
-    assert!((4..=config.page_capacity()).contains(&c.pages), "{c:?}");
+    assert!(c.failed > 0 && c.leaves == input.requests.len() as u32 && c.shift == 0, "{c:?}");
+    assert!((4..=rig.config.page_capacity()).contains(&c.pages), "{c:?}");
     let pages: Vec<_> = got.pages.iter().map(|p| p.key).collect();
     assert!(
         pages.is_sorted() && (0..4).all(|root| pages[root as usize] == key_of(13, [root & 1, root >> 1])),
         "{pages:x?}"
     );
-    for (key, _) in list {
+    for key in input.requests.into_keys() {
         let slot = got.keys.iter().position(|&k| k == key).expect("every request is in the table");
         let entry = got.entries[slot];
         if entry != 0 {
-            let (level, layer) = ((entry >> 16 & 15) as u32, (entry & 0xffff) as usize);
-            assert_eq!(pages[layer], key_ancestor(key, level), "{key:x} is served by {entry:x}");
+            let (level, layer) = (entry >> 27 & 15, entry & 0x1fff);
+            let serving = got.pages.iter().find(|page| page.slot == layer).expect("a page has the layer");
+            assert_eq!(serving.key, key_ancestor(key, level), "{key:x} is served by {entry:x}");
         }
     }
 }
@@ -167,14 +293,13 @@ fn a_full_table_serves_what_it_can() {
 /// Pixels on one page gain more than ten on each of eight others.
 fn one_page_first(pixels: u32) {
     let lab = Bench::plain();
-    let config = Config { size: [pixels.div_ceil(2048), 2048], ..config(8, 0.0) };
-    let stage = AllocateStage::new(&lab, &config).unwrap();
-    let frame = frame_constants(&lab, &config).unwrap();
+    let size = [pixels.div_ceil(2048), 2048];
+    let rig = Rig::new(&lab, Config { size, ..config(16, 0.0) });
     let mut requests: Requests = (0..8).map(|i| (key_of(9, [16 + i, 3]), 10)).collect();
     requests.insert(key_of(1, [5, 5]), pixels);
     let case = format!("{pixels} pixels on one page");
-    let want = run(&lab, &stage, &frame, &case, &requests, &config);
-    assert!(want.pages.contains(&key_of(1, [5, 5])), "{case}: {:x?}", want.pages);
+    let (want, _) = rig.check(&case, &Input { requests, draw_budget: PLENTY, ..Input::default() });
+    assert!(want.chose(key_of(1, [5, 5])), "{case}: {:x?}", want.pages);
 }
 
 #[test]

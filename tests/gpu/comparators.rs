@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use umbrage::gpu::structs::Node;
 use umbrage::lab::stages::Table;
-use umbrage::twin::allocate::{Allocation, Service};
+use umbrage::twin::allocate::{Allocation, Page, Service};
 use umbrage::twin::gradient::{Plane, unpack};
 use umbrage::twin::request::Requests;
 
@@ -78,9 +78,9 @@ pub fn same_requests(want: &Requests, got: &BTreeMap<u32, u32>) -> Verdict {
     Ok(())
 }
 
-/// The whole page table: tree, ranks, pages, entries, counters.
-pub fn same_table(want: &Allocation, served: &Service, got: &Table) -> Verdict {
-    if want.nodes.len() < 4 || want.pages.len() < 4 || served.entries.len() != want.nodes.len() {
+/// The whole page table: tree, ranks, pages, entries, counters; `frame`: that of the layers' last use.
+pub fn same_table(want: &Allocation, served: &Service, got: &Table, frame: u32) -> Verdict {
+    if want.nodes.len() < 4 || want.pages.len() < 4 || served.entries.len() != want.nodes.len() || frame == 0 {
         return Err(format!("nothing to compare: {} nodes, {} pages", want.nodes.len(), want.pages.len()));
     }
     let same = |what: &str, got: u64, want: u64| {
@@ -89,8 +89,6 @@ pub fn same_table(want: &Allocation, served: &Service, got: &Table) -> Verdict {
     let c = &got.counters;
     same("leaves", c.leaves.into(), want.leaves.len() as u64)?;
     same("nodes", u64::from(c.leaves) + u64::from(c.nodes), want.nodes.len() as u64)?;
-    same("failed", c.failed.into(), 0)?;
-    same("shift", c.shift.into(), want.shift.into())?;
     let slots: BTreeMap<u32, &Node> = got.keys.iter().copied().zip(&got.nodes).filter(|(key, _)| *key != 0).collect();
     same("filled slots", slots.len() as u64, want.nodes.len() as u64)?;
     let key_at = |link: u32| {
@@ -102,25 +100,48 @@ pub fn same_table(want: &Allocation, served: &Service, got: &Table) -> Verdict {
         let child = [a?, b?, c?, d?];
         let parent = key_at(gpu.parent)?;
         let want_parent = if key >> 28 == 1 { 0 } else { umbrage::twin::key::key_ancestor(key, 1) };
-        let read = (gpu.key, u64::from(gpu.own), u64::from(gpu.below), gpu.rank, child, parent);
-        let expected = (key, node.own, node.below, node.rank, node.child, want_parent);
+        let words = [gpu.cost, gpu.ranks, gpu.slot, gpu.marks];
+        let read = (gpu.key, u64::from(gpu.own), u64::from(gpu.below), words, child, parent);
+        let expected = (key, node.own, node.below, node.words(), node.child, want_parent);
         if read != expected {
-            return Err(format!(
-                "node {key:x}: (key, own, below, rank, child, parent) {read:x?}, the twin's {expected:x?}"
-            ));
+            let what = "(key, own, below, [cost, ranks, slot, marks], child, parent)";
+            return Err(format!("node {key:x}: {what} {read:x?}, the twin's {expected:x?}"));
         }
     }
-    same("threshold", c.threshold.into(), want.threshold.into())?;
-    same("pages", c.pages.into(), want.pages.len() as u64)?;
-    let keys: Vec<_> = got.pages.iter().map(|p| p.key).collect();
-    if keys != want.pages {
-        return Err(format!("pages {keys:x?}, the twin has {:x?}", want.pages));
+    let counts = [
+        ("failed", c.failed, 0),
+        ("shift", c.shift, want.shift),
+        ("threshold", c.threshold, want.threshold),
+        ("draws asked", c.draws_asked, want.draws_asked),
+        ("draw threshold", c.draw_threshold, want.draw_threshold),
+        ("deferred", c.deferred, served.deferred),
+        ("pages", c.pages, want.pages.len() as u32),
+        ("hits", c.hits, want.hits),
+        ("stale", c.stale, want.stale),
+    ];
+    for (what, got, want) in counts {
+        same(what, got.into(), want.into())?;
+    }
+    let read = |p: &umbrage::gpu::structs::Page| Page {
+        key: p.key,
+        slot: p.slot,
+        dynamic_slot: p.dynamic_slot,
+        draws: p.draws,
+    };
+    let pages: Vec<_> = got.pages.iter().map(read).collect();
+    if pages != want.pages {
+        return Err(format!("pages {pages:x?}, the twin has {:x?}", want.pages));
     }
     for (i, page) in got.pages.iter().enumerate() {
         let index = slots[&page.key].page as usize;
-        if page.slot as usize != i || got.keys.get(page.node as usize) != Some(&page.key) || index != i + 1 {
+        if got.keys.get(page.node as usize) != Some(&page.key) || index != i + 1 {
             return Err(format!("page {i} and its node do not name each other: {page:x?}, node.page {index}"));
         }
+    }
+    let used = want.used();
+    for (layer, slot) in (0..).zip(&got.slots) {
+        let want = if used.contains(&layer) { frame } else { 0 };
+        same(&format!("last use of layer {layer}"), slot.used.into(), want.into())?;
     }
     for (slot, &key) in got.keys.iter().enumerate().filter(|(_, key)| **key != 0) {
         if got.entries[slot] != served.entries[&key] {
@@ -163,8 +184,9 @@ pub fn mixed(image: &[f32]) -> Verdict {
 mod fail {
     use super::*;
     use bytemuck::Zeroable;
-    use umbrage::gpu::structs::{Counters, Page};
-    use umbrage::twin::allocate::allocate;
+    use umbrage::Config;
+    use umbrage::gpu::structs::{Counters, Page, Slot};
+    use umbrage::twin::allocate::{Input, allocate};
     use umbrage::twin::key::key_of;
 
     #[test]
@@ -219,60 +241,100 @@ mod fail {
     fn table(a: &Allocation, s: &Service) -> Table {
         let keys: Vec<u32> = a.nodes.keys().copied().collect();
         let link = |key: u32| keys.iter().position(|&k| k == key).map_or(0, |i| i as u32 + 1);
-        let node = |(&key, n): (&u32, &umbrage::twin::allocate::Node)| Node {
-            key,
-            own: n.own as u32,
-            below: n.below as u32,
-            rank: n.rank,
-            parent: if key >> 28 == 1 { 0 } else { link(umbrage::twin::key::key_ancestor(key, 1)) },
-            page: a.pages.iter().position(|&k| k == key).map_or(0, |i| i as u32 + 1),
-            child: n.child.map(|c| if c == 0 { 0 } else { link(c) }),
+        let node = |(&key, n): (&u32, &umbrage::twin::allocate::Node)| {
+            let [cost, ranks, slot, marks] = n.words();
+            Node {
+                key,
+                own: n.own as u32,
+                below: n.below as u32,
+                cost,
+                ranks,
+                parent: if key >> 28 == 1 { 0 } else { link(umbrage::twin::key::key_ancestor(key, 1)) },
+                page: a.pages.iter().position(|p| p.key == key).map_or(0, |i| i as u32 + 1),
+                slot,
+                marks,
+                child: n.child.map(|c| if c == 0 { 0 } else { link(c) }),
+            }
         };
-        let page = |(i, &key): (usize, &u32)| Page { key, slot: i as u32, node: link(key) - 1, ..Page::zeroed() };
+        let page = |p: &umbrage::twin::allocate::Page| Page {
+            key: p.key,
+            node: link(p.key) - 1,
+            slot: p.slot,
+            dynamic_slot: p.dynamic_slot,
+            draws: p.draws,
+            ..Page::zeroed()
+        };
+        let used = a.used();
+        let slot = |layer: u32| Slot { used: if used.contains(&layer) { 9 } else { 0 }, ..Slot::zeroed() };
         Table {
             counters: Counters {
                 leaves: a.leaves.len() as u32,
                 nodes: (a.nodes.len() - a.leaves.len()) as u32,
                 shift: a.shift,
                 threshold: a.threshold,
+                draw_threshold: a.draw_threshold,
+                draws_asked: a.draws_asked,
+                deferred: s.deferred,
                 pages: a.pages.len() as u32,
+                hits: a.hits,
+                stale: a.stale,
                 requested: s.requested,
                 refused: s.refused,
                 ..Counters::zeroed()
             },
             nodes: a.nodes.iter().map(node).collect(),
             entries: keys.iter().map(|k| s.entries[k]).collect(),
-            pages: a.pages.iter().enumerate().map(page).collect(),
+            pages: a.pages.iter().map(page).collect(),
+            slots: (0..4).map(slot).collect(),
             keys,
         }
     }
 
     #[test]
     fn same_table_can_fail() {
-        let a = allocate(&[(key_of(11, [2, 3]), 9), (key_of(12, [1, 1]), 4)].into(), [2, 2, 2, 2], 64, 8, 10);
+        let input = Input {
+            requests: [(key_of(11, [2, 3]), 9), (key_of(12, [1, 1]), 4)].into(),
+            held: vec![(key_of(13, [0, 0]), true), (key_of(13, [0, 1]), false)],
+            moving: [key_of(13, [0, 0])].into(),
+            draw_budget: 16,
+        };
+        let a = allocate(&input, &Config { atlas_bytes: 16 << 16, ..Config::new([64, 48]) });
         let s = a.serve(|_| true, 0);
         let right = table(&a, &s);
-        assert_eq!(same_table(&a, &s, &right), Ok(()));
-        let changes: [fn(&mut Table); 12] = [
+        assert_eq!(same_table(&a, &s, &right, 9), Ok(()));
+        let changes: [fn(&mut Table); 24] = [
             |t| t.counters.failed = 1,
             |t| t.counters.threshold += 1,
+            |t| t.counters.draw_threshold += 1,
+            |t| t.counters.draws_asked += 1,
+            |t| t.counters.deferred += 1,
+            |t| t.counters.hits += 1,
+            |t| t.counters.stale += 1,
             |t| t.counters.refused[11] += 1,
             |t| t.nodes[5].own += 1,
             |t| t.nodes[0].below += 1,
-            |t| t.nodes[0].rank += 1,
+            |t| t.nodes[0].cost += 1 << 24,
+            |t| t.nodes[0].ranks += 1 << 16,
+            |t| t.nodes[0].slot ^= 1 << 31,
+            |t| t.nodes[0].marks ^= 4,
             |t| t.nodes[5].parent = 1,
             |t| t.nodes.iter_mut().for_each(|n| n.child.swap(0, 3)),
             |t| t.pages.swap(0, 1),
             |t| t.pages[1].node = 0,
+            |t| t.pages[1].slot += 1,
+            |t| t.pages[1].dynamic_slot = 5,
+            |t| t.pages[1].draws ^= 1,
+            |t| t.slots[0].used = 0,
             |t| t.entries[5] ^= 1,
             |t| t.keys[5] = 0,
         ];
         for (i, change) in changes.into_iter().enumerate() {
             let mut wrong = right.clone();
             change(&mut wrong);
-            assert!(same_table(&a, &s, &wrong).is_err(), "change {i}");
+            assert!(same_table(&a, &s, &wrong, 9).is_err(), "change {i}");
         }
-        assert!(same_table(&Allocation::default(), &Service::default(), &right).is_err());
+        assert!(same_table(&Allocation::default(), &Service::default(), &right, 9).is_err());
+        assert!(same_table(&a, &s, &right, 0).is_err());
     }
 
     #[test]
