@@ -38,7 +38,7 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
     let schedule = Schedule::new(&lab, &path, args)?;
     let mut methods = specs.iter().map(|spec| methods::create(spec, &lab)).collect::<Result<Vec<_>, _>>()?;
     let bar = progress.bar("running the frames");
-    let records = drive::run(&mut lab, &mut methods, &schedule, args.truth_every, |share| bar.at(share))?;
+    let records = drive::run(&mut lab, &mut methods, specs, &schedule, args.truth_every, |share| bar.at(share))?;
     drop(bar);
     setup::validated(&lab)?;
 

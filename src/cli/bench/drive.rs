@@ -1,12 +1,12 @@
 //! Runs the frames: each step shows one view to all methods.
 
-use super::record::Record;
+use super::record::{Record, cold};
 use super::schedule::Schedule;
 use crate::cli::failure::Failure;
 use crate::cli::report::Errors;
 use std::rc::Rc;
 use umbrage::lab::{Lab, LabError};
-use umbrage::methods::Method;
+use umbrage::methods::{Method, MethodSpec};
 use umbrage::truth::{self, Reference};
 
 /// What the next frame is compared with.
@@ -22,10 +22,12 @@ struct Before {
 pub fn run(
     lab: &mut Lab,
     methods: &mut [Box<dyn Method>],
+    specs: &[MethodSpec],
     schedule: &Schedule,
     truth_every: u32,
     share: impl Fn(f64),
 ) -> Result<Vec<Vec<Record>>, Failure> {
+    let cold: Vec<Option<usize>> = specs.iter().map(|spec| cold(specs, spec)).collect();
     let mut runs: Vec<Vec<Record>> = vec![Vec::new(); methods.len()];
     let mut before = Before { reference: None, visibility: vec![Vec::new(); methods.len()] };
     for step in 0..schedule.steps() {
@@ -42,6 +44,7 @@ pub fn run(
         let frame = Schedule::frame(step);
         if frame.is_some_and(|frame| truth_every > 0 && frame % truth_every == 0) {
             measure(lab, methods, step, &mut before, &mut runs)?;
+            against_cold(&before, &cold, &mut runs);
         }
         share(f64::from(step + 1) / f64::from(schedule.steps()));
     }
@@ -52,7 +55,7 @@ fn one(lab: &Lab, method: &mut dyn Method) -> Result<Record, LabError> {
     let times = method.frame(lab)?;
     let counters = method.statistics(lab)?.counters;
     let bytes = method.memory().iter().map(|(_, bytes)| bytes).sum();
-    Ok(Record { times, counters, bytes, errors: None, crawl: None })
+    Ok(Record { times, counters, bytes, errors: None, crawl: None, differing: None })
 }
 
 /// Compares each method's last frame with the reference, and with the frame before where that was measured too.
@@ -77,4 +80,14 @@ fn measure(
     }
     before.reference = Some((step, reference));
     Ok(())
+}
+
+/// Compares each method's last frame with that of the same method without its cache, bit for bit.
+fn against_cold(shown: &Before, cold: &[Option<usize>], runs: &mut [Vec<Record>]) {
+    for (m, (run, cold)) in runs.iter_mut().zip(cold).enumerate() {
+        if let (Some(record), Some(cold)) = (run.last_mut(), cold.filter(|&cold| cold != m)) {
+            let pairs = shown.visibility[m].iter().zip(&shown.visibility[cold]);
+            record.differing = Some(pairs.filter(|(a, b)| a.to_bits() != b.to_bits()).count() as u64);
+        }
+    }
 }

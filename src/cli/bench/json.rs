@@ -1,6 +1,6 @@
 //! What `bench.json` holds.
 
-use super::record::{PAGES, Record};
+use super::record::{PAGES, Record, cold, is_cold};
 use crate::cli::failure::Failure;
 use crate::cli::measure::{Spread, Tail};
 use crate::cli::report::{Errors, Named};
@@ -41,6 +41,9 @@ pub struct Run<'a> {
     /// Median over the median of the first `uniform`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ratio_uniform: Option<f64>,
+    /// Median and 95th percentile over those of drawing the map and looking it up alone of the first `uniform`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ratio_map_lookup: Option<Ratios>,
     /// Median over the median of the same method without its cache, or of the first `rmsm` without one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ratio_cold: Option<f64>,
@@ -53,7 +56,17 @@ pub struct Run<'a> {
     pub mismatch: Option<Tail>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub crawl: Option<CrawlSummary>,
+    /// Against the same method without its cache, over the measured frames.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cold: Option<ColdSummary>,
     frames: Vec<Frame<'a>>,
+}
+
+/// Ratios of two methods' times.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Ratios {
+    pub median: f64,
+    pub p95: f64,
 }
 
 /// Medians over the frames in percent of decided pixels; `ratio` is the sum of flips over that of the reference's flips.
@@ -79,6 +92,9 @@ struct Frame<'a> {
     errors: Option<Errors>,
     #[serde(skip_serializing_if = "Option::is_none")]
     crawl: Option<Flips>,
+    /// From the same method without its cache.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    differing_pixels: Option<u64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -102,6 +118,9 @@ impl<'a> Run<'a> {
     /// What each method's frames come to; the first method is the measure of the others.
     pub fn of(specs: &'a [MethodSpec], records: &'a [Vec<Record>]) -> Vec<Self> {
         let tails: Vec<Tail> = records.iter().map(|frames| Tail::of(frames.iter().map(|f| f.times.ms))).collect();
+        let uniform = specs.iter().position(|s| s.name == "uniform");
+        let drawing = |f: &Record| f.times.stages.iter().filter(|s| matches!(s.0, "map" | "lookup")).map(|s| s.1).sum();
+        let map_lookup = uniform.and_then(|u| records.get(u)).map(|frames| Tail::of(frames.iter().map(drawing)));
         let row = |i: usize| {
             let (spec, frames, ms) = (&specs[i], &records[i], tails[i]);
             let over = |other: Option<usize>| other.map(|other| ms.median / tails[other].median);
@@ -115,12 +134,14 @@ impl<'a> Run<'a> {
                 ms,
                 ratio_median: ms.median / tails[0].median,
                 ratio_p95: ms.p95 / tails[0].p95,
-                ratio_uniform: over(specs.iter().position(|s| s.name == "uniform")),
-                ratio_cold: over(cold(specs, spec)),
+                ratio_uniform: over(uniform),
+                ratio_map_lookup: map_lookup.map(|m| Ratios { median: ms.median / m.median, p95: ms.p95 / m.p95 }),
+                ratio_cold: over(cold_row(specs, spec)),
                 bytes: frames.iter().map(|f| f.bytes).max().unwrap_or(0),
                 pages: Named(PAGES.into_iter().filter_map(tail).collect()),
                 mismatch: (!mismatch.is_empty()).then(|| Tail::of(mismatch)),
                 crawl: CrawlSummary::of(frames),
+                cold: ColdSummary::of(frames),
                 frames: frames.iter().enumerate().map(|(i, record)| Frame::of(i, record)).collect(),
             }
         };
@@ -129,16 +150,35 @@ impl<'a> Run<'a> {
 }
 
 /// The row that draws every page anew: that of the same method, or the first `rmsm` that does.
-fn cold(specs: &[MethodSpec], spec: &MethodSpec) -> Option<usize> {
-    let is_cache = |(key, _): &&(String, String)| key == "cache";
-    let is_cold = |s: &MethodSpec| s.name == "rmsm" && s.parameters.iter().any(|p| is_cache(&p) && p.1 == "off");
-    let others = |s: &MethodSpec| {
-        let mut keys: Vec<_> = s.parameters.iter().filter(|p| !is_cache(p)).cloned().collect();
-        keys.sort();
-        (s.name.clone(), keys)
-    };
-    let same = specs.iter().position(|s| is_cold(s) && others(s) == others(spec));
-    same.or_else(|| specs.iter().position(is_cold))
+fn cold_row(specs: &[MethodSpec], spec: &MethodSpec) -> Option<usize> {
+    cold(specs, spec).or_else(|| specs.iter().position(is_cold))
+}
+
+/// What the cache changed: nothing, unless the budgets put something off.
+#[derive(Debug, Serialize)]
+pub struct ColdSummary {
+    /// Measured frames in which nothing was put off.
+    pub whole_frames: usize,
+    /// Most pixels that differ in one of them.
+    pub differing_pixels: u64,
+    /// Measured frames in which something was put off.
+    pub put_off_frames: usize,
+    /// Most pixels that differ in one of them.
+    pub put_off_differing_pixels: u64,
+}
+
+impl ColdSummary {
+    fn of(frames: &[Record]) -> Option<Self> {
+        let (late, whole): (Vec<_>, Vec<_>) =
+            frames.iter().filter_map(|f| Some((f.put_off(), f.differing?))).partition(|(put_off, _)| *put_off);
+        let most = |list: &[(bool, u64)]| list.iter().map(|(_, pixels)| *pixels).max().unwrap_or(0);
+        (late.len() + whole.len() > 0).then(|| Self {
+            whole_frames: whole.len(),
+            differing_pixels: most(&whole),
+            put_off_frames: late.len(),
+            put_off_differing_pixels: most(&late),
+        })
+    }
 }
 
 impl CrawlSummary {
@@ -158,7 +198,7 @@ impl CrawlSummary {
 
 impl<'a> Frame<'a> {
     fn of(frame: usize, record: &'a Record) -> Self {
-        let Record { times, counters, bytes, errors, crawl } = record;
+        let Record { times, counters, bytes, errors, crawl, differing } = record;
         let flips = |c: Crawl| Flips { flips: c.flips, reference_flips: c.reference_flips, crawl: c.crawl };
         Self {
             frame,
@@ -170,6 +210,7 @@ impl<'a> Frame<'a> {
             counters: Pairs(counters),
             errors: *errors,
             crawl: crawl.map(flips),
+            differing_pixels: *differing,
         }
     }
 }
@@ -244,21 +285,39 @@ mod tests {
     #[test]
     fn the_cold_row_is_that_of_the_same_method() {
         let list = specs("rmsm,rmsm:bias=0,rmsm:cache=off,rmsm:cache=off,bias=0,uniform");
-        let rows: Vec<_> = list.iter().map(|spec| cold(&list, spec)).collect();
+        let rows: Vec<_> = list.iter().map(|spec| cold_row(&list, spec)).collect();
         assert_eq!(rows, [Some(2), Some(3), Some(2), Some(3), Some(2)]);
-        assert_eq!(cold(&specs("rmsm,uniform"), &specs("rmsm")[0]), None);
+        assert_eq!(cold_row(&specs("rmsm,uniform"), &specs("rmsm")[0]), None);
+        assert_eq!(cold(&specs("rmsm:cache=off"), &specs("rmsm:bias=0")[0]), None);
     }
 
     #[test]
     fn ratios_are_to_the_first_method() {
         let list = specs("rmsm,uniform:resolution=1024");
         let run = |times: &[f64]| times.iter().map(|&ms| record(ms)).collect::<Vec<_>>();
-        let records = [run(&[2.0, 4.0, 6.0]), run(&[1.0, 8.0, 9.0])];
+        let mut records = [run(&[2.0, 4.0, 6.0]), run(&[1.0, 8.0, 9.0])];
+        for frame in &mut records[1] {
+            frame.times.stages = vec![("fit", 3.0), ("map", 1.5), ("lookup", 0.5)];
+        }
         let runs = Run::of(&list, &records);
         assert_eq!((runs[0].ratio_median, runs[1].ratio_median), (1.0, 2.0));
         assert_eq!((runs[1].ratio_p95, runs[1].ms.worst), (1.5, 9.0));
         assert_eq!((runs[0].ratio_uniform, runs[0].ratio_cold), (Some(0.5), None));
+        assert_eq!(runs[0].ratio_map_lookup, Some(Ratios { median: 2.0, p95: 3.0 }));
         assert!(runs[0].pages.0.is_empty() && runs[0].crawl.is_none());
+    }
+
+    #[test]
+    fn frames_that_put_something_off_are_told_apart() {
+        let mut frames = vec![record(1.0); 4];
+        assert!(ColdSummary::of(&frames).is_none());
+        for (frame, (deferred, pixels)) in frames.iter_mut().zip([(0, 0), (3, 70), (0, 2)]) {
+            frame.counters = vec![("pages_deferred", deferred)];
+            frame.differing = Some(pixels);
+        }
+        let sum = ColdSummary::of(&frames).unwrap();
+        assert_eq!((sum.whole_frames, sum.differing_pixels), (2, 2));
+        assert_eq!((sum.put_off_frames, sum.put_off_differing_pixels), (1, 70));
     }
 
     #[test]

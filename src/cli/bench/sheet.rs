@@ -74,12 +74,15 @@ pub fn table(runs: &[Run]) -> String {
             number(Some(run.ratio_median), 2),
             number(Some(run.ratio_p95), 2),
             number(run.ratio_uniform, 2),
+            number(run.ratio_map_lookup.map(|r| r.median), 2),
+            number(run.ratio_map_lookup.map(|r| r.p95), 2),
             number(run.ratio_cold, 2),
             number(drawn.map(|d| d.median), 0),
             number(drawn.map(|d| d.worst), 0),
             number(Some(print::mib(run.bytes)), 1),
             number(run.mismatch.map(|m| m.median), 4),
             number(run.crawl.as_ref().map(|c| c.crawl), 4),
+            run.cold.as_ref().map_or("-".to_owned(), |c| c.differing_pixels.to_string()),
         ]
     };
     let header = [
@@ -90,12 +93,15 @@ pub fn table(runs: &[Run]) -> String {
         "ratio",
         "ratio p95",
         "/uniform",
+        "/map+lookup",
+        "p95",
         "/cold",
         "drawn",
         "drawn worst",
         "MiB",
         "mismatch %",
         "crawl %",
+        "px off cold",
     ];
     let mut rows = vec![header.map(str::to_owned).to_vec()];
     rows.extend(runs.iter().map(row));
