@@ -56,7 +56,7 @@ fn cost_ratios(rows: &[Value], costs: &mut BTreeMap<&str, Vec<f64>>) {
     let stage = |row: &Value, names: &[&str]| names.iter().map(|n| number(&row["stages"][n])).sum::<f64>();
     let map = stage(uniform, &["map"]);
     let lookup = stage(uniform, &["lookup"]);
-    let front = ["reset", "gradient", "request", "sort", "compact", "allocate"];
+    let front = ["reset", "gradient", "request", "sort", "compact", "cache", "allocate"];
     for (what, ratio) in [
         ("requests to allocation (gradient too), flags / uniform map", stage(flags, &front) / map),
         ("requests to allocation (gradient too), sort / uniform map", stage(sort, &front) / map),

@@ -45,6 +45,9 @@ pub enum Cull {
 /// Bytes of the page table for each distinct page asked for: eight slots of key, entry and node.
 const REQUEST_BYTES: u64 = 8 * (4 + 4 + size_of::<crate::gpu::structs::Node>() as u64);
 
+/// Most pairs of a frame.
+pub(crate) const MAX_PAIRS: u32 = 1 << 20;
+
 /// Plain data; every field is checked when the engine is made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
@@ -76,8 +79,8 @@ pub struct Config {
     /// Most layers of the atlas drawn in a frame, 16 to 4096. A page that moving casters touch has two layers. What is put
     /// off is served by coarser pages meanwhile.
     pub pages_per_frame: u32,
-    /// Most (cluster, page) pairs drawn in a frame, 1024 to 1048576; beyond it coarser pages serve. At least four times the
-    /// number of casters, so that the root pages can always be drawn. 32 bytes a pair, twice.
+    /// Most (cluster, page) pairs drawn in a frame, 1024 to 1048576; beyond it coarser pages serve. At least
+    /// [`Config::least_pairs`]. 32 bytes a pair, twice.
     pub pair_capacity: u32,
     /// What drawing a page costs beside its pairs, as a number of pairs: the constant part of the cost by which pages are
     /// served. 0 to 1024.
@@ -120,13 +123,20 @@ impl Config {
             pair_capacity: 131_072,
             page_cost: 16,
             still_frames: 16,
-            drift_texels: 0.5,
+            drift_texels: 2.0,
             cache: true,
             target_ms: 0.0,
             index_capacity: 6 << 20,
             cull_group: 64,
             bias_texels: 1.0,
         }
+    }
+
+    /// The least `pair_capacity` for a number of casters: four for each, since each may lie on all four root pages, which
+    /// must always be drawn. In scenes of more than 262,144 casters the most that is allowed, and root pages are drawn in
+    /// one frame or in several.
+    pub fn least_pairs(casters: u32) -> u32 {
+        casters.saturating_mul(4).min(MAX_PAIRS)
     }
 
     /// Pages the atlas holds.
@@ -220,7 +230,7 @@ impl Config {
         limit((0.0..=1e6).contains(&self.target_ms), "target_ms", self.target_ms, "0 to 1000000".into())?;
         limit((0.0..=16.0).contains(&self.drift_texels), "drift_texels", self.drift_texels, "0 to 16".into())?;
         limit(
-            (1024..=1 << 20).contains(&self.pair_capacity),
+            (1024..=MAX_PAIRS).contains(&self.pair_capacity),
             "pair_capacity",
             self.pair_capacity,
             "1024 to 1048576".into(),

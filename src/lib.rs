@@ -12,7 +12,10 @@
 //! 3. **Create.** [`Engine::new`] takes a [`Config`]; it allocates everything, nothing is allocated afterwards.
 //! 4. **Record.** [`Engine::record`] writes one frame into your command buffer: no submit, no wait, no read-back.
 //! 5. **Sample.** The mask is [`Engine::visibility`]; `glsl/host/umbrage_lookup.glsl` is the lookup itself.
-//! 6. **Tune.** [`Engine::counters`] tells what was requested, drawn and refused, [`Engine::memory`] what it costs.
+//! 6. **Move.** Between frames change instances, positions and bounds in your buffers, and raise the revision of what
+//!    casts differently ([`host::CastPolicy`]); pages of earlier frames stay where nothing changed.
+//! 7. **Tune.** [`Engine::counters`] tells what was requested, drawn, put off and refused, [`Engine::memory`] what it
+//!    costs; [`Engine::steer`] holds a frame to [`Config::target_ms`].
 //!
 //! # Features
 //!

@@ -6,8 +6,9 @@
 #include "shared/refine.glsl"
 
 // Admits pages while their pairs fit the budget, gives each its range of pairs, and writes the arguments of what follows.
-// Roots first: they answer for everything, and the budget is large enough for them. If not all others fit, those that
-// gain the most pixels for their cost, which is linear in layers and pairs (Fernando 2002, sec. 2.4). One workgroup.
+// Roots first: they answer for everything. The budget is large enough for all four together, or, in scenes of more than
+// 2^18 clusters, for each alone. If not all others fit, those that gain the most pixels for their cost, which is linear
+// in layers and pairs (Fernando 2002, sec. 2.4). One workgroup.
 layout(local_size_x = 256) in;
 layout(constant_id = 0) const uint PAIR_CAPACITY = 1024u;
 layout(constant_id = 1) const uint DISPATCH_X = 32768u;
@@ -22,7 +23,8 @@ layout(push_constant) uniform Push { uint argument; };  // first of 3 + 3 words:
 shared uvec2 sums[256];
 shared uint ranks[RANKS];  // pairs of the pages of each rank
 shared uint asked;
-shared uint roots;
+shared uint roots;         // pairs of the roots that fit
+shared uint root_fits;     // a bit for each of the first pages, which are the roots
 shared uint least;
 
 void write_dispatch(uint at, uint count) {
@@ -57,21 +59,27 @@ void main() {
     if (local == 0u) {
         asked = 0u;
         roots = 0u;
+        root_fits = 0u;
     }
     barrier();
     for (uint i = begin; i < end; i++) {
         uvec2 count = pairs_of(i);
         uint pairs = count.x + count.y;
         atomicAdd(asked, pairs);
-        if (is_root(i)) {
-            atomicAdd(roots, pairs);
-        } else {
+        if (!is_root(i)) {
             atomicAdd(ranks[page_rank(i, pairs)], pairs);
         }
     }
     barrier();
     // the least rank of which all pairs, with those of higher ranks, fit beside the roots
     if (local == 0u) {
+        for (uint i = 0u; i < min(counters.sorted, 4u) && is_root(i); i++) {
+            uvec2 count = pairs_of(i);
+            if (roots + count.x + count.y <= PAIR_CAPACITY) {
+                roots += count.x + count.y;
+                root_fits |= 1u << i;
+            }
+        }
         uint sum = roots;
         least = RANKS;
         while (least > 0u && sum + ranks[least - 1u] <= PAIR_CAPACITY) {
@@ -83,7 +91,7 @@ void main() {
     uvec2 sum = uvec2(0u);
     for (uint i = begin; i < end; i++) {
         uvec2 count = pairs_of(i);
-        bool fits = is_root(i) ? roots <= PAIR_CAPACITY : page_rank(i, count.x + count.y) >= least;
+        bool fits = is_root(i) ? (root_fits >> i & 1u) != 0u : page_rank(i, count.x + count.y) >= least;
         pages[i].admitted = fits ? 1u : 0u;
         sum += fits ? count : uvec2(0u);
     }

@@ -3,6 +3,7 @@
 use clap::{ArgAction, Parser, Subcommand};
 use std::path::{Path, PathBuf};
 use umbrage::methods::{self, MethodSpec};
+use umbrage::scene::MAX_COPIES;
 use umbrage::view::{CameraPath, MAX_SIDE, PATH_NAMES};
 
 /// Methods that `bench` runs when none are named: a conventional map, the cache, and every page anew in every frame.
@@ -140,6 +141,9 @@ pub struct BenchArgs {
     /// Adds movers of 5,000 triangles each, 0 to 64; a file's own animation then stands still.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=64))]
     pub movers: Option<u32>,
+    /// Copies of the scene side by side, 1 to 64; the view stays that of one.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_COPIES)))]
+    pub copies: u32,
     /// Turns the sun about the horizontal axis across it, upwards where above 0; -21600 to 21600 degrees a second.
     #[arg(long, value_name = "DEG_PER_S", default_value_t = 0.0, allow_negative_numbers = true, value_parser = sun_rate)]
     pub sun_rate: f64,
@@ -231,7 +235,16 @@ mod tests {
         assert_eq!((args.frames, args.truth_every, args.movers, args.sun_rate), (120, 0, None, 0.0));
         assert_eq!(args.methods.0.len(), 3);
         assert!(parse("--sun-rate -3 --movers 64 --frames 100000 --seed 18446744073709551615").is_ok());
-        for bad in ["--frames 0", "--frames 100001", "--movers 65", "--movers -1", "--truth-every -1", "--seed -1"] {
+        for bad in [
+            "--frames 0",
+            "--frames 100001",
+            "--copies 0",
+            "--copies 65",
+            "--movers 65",
+            "--movers -1",
+            "--truth-every -1",
+            "--seed -1",
+        ] {
             assert!(parse(bad).is_err(), "{bad}");
         }
     }

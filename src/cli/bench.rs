@@ -33,7 +33,7 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
     };
     let progress = Progress::new(common.quiet);
     let animate = args.animate || args.movers.is_some_and(|count| count > 0);
-    let movement = Movement { animate, movers: args.movers, seed: args.seed };
+    let movement = Movement { animate, movers: args.movers, seed: args.seed, copies: args.copies };
     let mut lab = setup::open_moving(common, movement, &progress)?;
     let schedule = Schedule::new(&lab, &path, args)?;
     let mut methods = specs.iter().map(|spec| methods::create(spec, &lab)).collect::<Result<Vec<_>, _>>()?;
@@ -50,6 +50,7 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
         view: schedule.base(),
         animate,
         movers: args.movers,
+        copies: args.copies,
         sun_rate_deg_per_s: args.sun_rate,
         truth_every: args.truth_every,
         seed: args.seed,

@@ -6,7 +6,7 @@ use super::print;
 use super::progress::Progress;
 use std::path::Path;
 use std::rc::Rc;
-use umbrage::lab::{Lab, LabOptions, View};
+use umbrage::lab::{Lab, LabError, LabOptions, View};
 use umbrage::scene::{self, LoadOptions, Motion};
 use umbrage::truth::Reference;
 use umbrage::view::{DEFAULT_SIZE, ViewFile};
@@ -23,17 +23,19 @@ pub struct Movement {
     pub movers: Option<u32>,
     /// Seed of their places.
     pub seed: u64,
+    /// Copies of the scene side by side.
+    pub copies: u32,
 }
 
 /// Opens the bench that the arguments describe.
 pub fn open(common: &Common, progress: &Progress) -> Result<Lab, Failure> {
-    open_moving(common, Movement { animate: false, movers: None, seed: 0 }, progress)
+    open_moving(common, Movement { animate: false, movers: None, seed: 0, copies: 1 }, progress)
 }
 
 /// Opens the bench that the arguments describe, with what moves in it.
 pub fn open_moving(common: &Common, movement: Movement, progress: &Progress) -> Result<Lab, Failure> {
     let file = common.view.as_deref().map(ViewFile::read).transpose()?;
-    let Movement { animate, movers, seed } = movement;
+    let Movement { animate, movers, seed, copies } = movement;
     let (mut scene, mut motion) = if common.scene == Path::new(BUILTIN) {
         (scene::builtin(), None)
     } else {
@@ -47,10 +49,21 @@ pub fn open_moving(common: &Common, movement: Movement, progress: &Progress) -> 
     if !common.quiet {
         scene.warnings.iter().for_each(|warning| print::warn(warning));
     }
-    let view = match file {
+    let mut view = match file {
         Some(file) => file.complete(&scene, common.size)?,
         None => progress.during("choosing a view", || View::default_for(&scene, common.size.unwrap_or(DEFAULT_SIZE))),
     };
+    if copies > 1 {
+        if motion.is_some() {
+            let scene = common.scene.display();
+            return Err(Failure::from(LabError::Usage(format!(
+                "--copies {copies} cannot be combined with the animation of {scene}"
+            ))));
+        }
+        // the view is that of one copy; the others are seen behind it
+        scene = scene::repeated(scene, copies);
+        view.camera.far = view.camera.far.max(1.5 * scene.diagonal());
+    }
     let missing = u32::from(animate && motion.is_none());
     let count = movers.unwrap_or(missing);
     if count > 0 {

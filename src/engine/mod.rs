@@ -18,7 +18,7 @@ pub(crate) mod tiles;
 
 pub use depth_prepass::{DepthPrepass, MeshDraw};
 
-use crate::config::RequestRoute;
+use crate::config::{MAX_PAIRS, RequestRoute};
 use crate::gpu::structs::{Counters, frame_flags};
 use crate::gpu::{Gpu, HostDevice, Timer};
 use crate::host::{FrameInput, Receivers, SceneBuffers};
@@ -79,13 +79,19 @@ impl Engine {
         receivers: &Receivers,
     ) -> Result<Self, Error> {
         config.check(gpu.limits.max_image_array_layers.min(gpu.limits.max_framebuffer_layers).min(MAX_LAYERS))?;
-        // a caster lies on at most all four roots, which must always be drawn
-        let least = scene.caster_count.saturating_mul(4);
+        let (casters, least) = (scene.caster_count, Config::least_pairs(scene.caster_count));
         if config.pair_capacity < least {
             return Err(Error::Limit {
                 field: "pair_capacity",
                 given: config.pair_capacity.to_string(),
-                limit: format!("at least {least}, four for each of the scene's {} clusters", scene.caster_count),
+                limit: format!("at least {least} for the scene's {casters} clusters"),
+            });
+        }
+        if casters > MAX_PAIRS {
+            return Err(Error::Limit {
+                field: "caster_count",
+                given: casters.to_string(),
+                limit: format!("at most {MAX_PAIRS} clusters, instances counted each"),
             });
         }
         let b = Buffers::new(gpu, config, scene)?;
@@ -141,8 +147,13 @@ impl Engine {
         timer: Option<&mut Timer>,
     ) -> Result<(), Error> {
         let first = self.history.frame == 0;
-        let forget = u32::from(first || !self.config.cache) * frame_flags::FORGET_PAGES
-            | u32::from(first) * frame_flags::FORGET_CASTERS;
+        let mut forget = 0;
+        if first || !self.config.cache {
+            forget |= frame_flags::FORGET_PAGES;
+        }
+        if first {
+            forget |= frame_flags::FORGET_CASTERS;
+        }
         let next = History {
             flags: forget,
             frame: self.history.frame + 1,

@@ -95,8 +95,9 @@ pub(crate) fn changes(
     runs(&mut copies, buffers.positions, &scene.positions, &changes.vertices);
     runs(&mut copies, buffers.clusters, &scene.clusters, &changes.clusters);
     runs(&mut copies, buffers.instances, &scene.instances, &instances);
-    let meshes = if changes.clusters.is_empty() { Vec::new() } else { mesh_list(scene) };
-    runs(&mut copies, buffers.meshes, &meshes, &[0..meshes.len() as u32]);
+    let meshes = if changes.meshes.is_empty() { Vec::new() } else { mesh_list(scene) };
+    let deformed: Vec<Range<u32>> = changes.meshes.iter().map(|&m| m..m + 1).collect();
+    runs(&mut copies, buffers.meshes, &meshes, &deformed);
     let total: usize = copies.iter().map(|c| c.bytes.len()).sum();
     let room = total.clamp(1, STAGING);
     let mut staging = Buffer::new(gpu, "staging", room as u64, vk::BufferUsageFlags::TRANSFER_SRC, Memory::Upload)?;

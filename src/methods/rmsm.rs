@@ -60,9 +60,9 @@ const PARAMETERS: &[Parameter] = &[
     },
     Parameter {
         key: "pairs",
-        default: "131072",
-        allowed: "1024 to 1048576, at least 4 for each cluster of the scene",
-        meaning: "most (cluster, page) pairs drawn in a frame",
+        default: "auto",
+        allowed: "auto or 1024 to 1048576, at least 4 for each cluster of the scene",
+        meaning: "most (cluster, page) pairs drawn in a frame; auto: 131072 or what the scene needs",
     },
     Parameter {
         key: "cache",
@@ -78,9 +78,9 @@ const PARAMETERS: &[Parameter] = &[
     },
     Parameter {
         key: "drift",
-        default: "0.5",
+        default: "2",
         allowed: "0 to 16",
-        meaning: "texels by which cached shadows may be off while the sun moves",
+        meaning: "texels by which cached shadows of the farthest casters may be off while the sun moves",
     },
     Parameter {
         key: "target_ms",
@@ -123,12 +123,19 @@ pub(super) fn config(spec: &MethodSpec, size: [u32; 2]) -> Result<Config, LabErr
         u64::from(spec.u32_in("table_kib", (config.page_table_bytes >> 10) as u32, 480..=30720)?) << 10;
     config.spare_percent = spec.u32_in("spare", config.spare_percent, 0..=50)?;
     config.pages_per_frame = spec.u32_in("pages", config.pages_per_frame, 16..=4096)?;
-    config.pair_capacity = spec.u32_in("pairs", config.pair_capacity, 1024..=1 << 20)?;
+    if !pairs_are_auto(spec) {
+        config.pair_capacity = spec.u32_in("pairs", config.pair_capacity, 1024..=1 << 20)?;
+    }
     config.cache = spec.one_of("cache", "on", &["on", "off"])? == "on";
     config.still_frames = spec.u32_in("still", config.still_frames, 1..=10_000)?;
     config.drift_texels = spec.f32_in("drift", config.drift_texels, 0.0..=16.0)?;
     config.target_ms = spec.f32_in("target_ms", config.target_ms, 0.0..=1e6)?;
     Ok(config)
+}
+
+/// Whether the budget of pairs follows the scene.
+fn pairs_are_auto(spec: &MethodSpec) -> bool {
+    spec.parameters.iter().rfind(|(key, _)| key == "pairs").is_none_or(|(_, value)| value == "auto")
 }
 
 pub(super) struct Rmsm {
@@ -142,6 +149,9 @@ impl Rmsm {
         if lab.device_is_cpu() {
             config.cull_group = 16;
         }
+        if pairs_are_auto(spec) {
+            config.pair_capacity = config.pair_capacity.max(Config::least_pairs(lab.scene_buffers().caster_count));
+        }
         let engine = Engine::on(lab.gpu(), &config, lab.scene_buffers(), &lab.prepass().receivers());
         Ok(Self { engine: engine.map_err(|error| as_typed(error, spec))? })
     }
@@ -153,6 +163,9 @@ fn as_typed(error: Error, spec: &MethodSpec) -> LabError {
         Error::Limit { field: "atlas_bytes", given, limit } => LabError::Usage(format!(
             "keys 'atlas_mib' and 'page' of '{spec}' make an atlas of {given} bytes, this device allows {limit}"
         )),
+        Error::Limit { field: "pair_capacity", given, limit } => {
+            LabError::Usage(format!("key 'pairs' of '{spec}' is {given}, this scene needs {limit}"))
+        }
         other => other.into(),
     }
 }

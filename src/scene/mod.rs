@@ -14,10 +14,12 @@ mod motion;
 mod nodes;
 mod pose;
 mod primitive;
+mod repeat;
 mod track;
 
 pub use clusters::mesh_bounds;
 pub use motion::{Changes, Motion};
+pub use repeat::{MAX_COPIES, repeated};
 
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;

@@ -104,31 +104,27 @@ impl Play {
                 let p = still.positions[v as usize];
                 scene.positions[v as usize] = std::array::from_fn(|c| p[c] + (center[c] - p[c]) * share);
             }
-            let mut clusters = Vec::new();
-            for c in m.first_cluster..m.first_cluster + m.cluster_count {
+            let clusters = m.first_cluster..m.first_cluster + m.cluster_count;
+            for c in clusters.clone() {
                 // the old bounds and the middle hold every vertex on the way
                 let cluster = &mut scene.clusters[c as usize];
                 let old = still.clusters[c as usize];
-                for axis in 0..3 {
-                    let low = (old.center[axis] - old.extent[axis]).min(center[axis]);
-                    let high = (old.center[axis] + old.extent[axis]).max(center[axis]);
+                for (axis, middle) in center.iter().enumerate() {
+                    let low = (old.center[axis] - old.extent[axis]).min(*middle);
+                    let high = (old.center[axis] + old.extent[axis]).max(*middle);
                     cluster.center[axis] = 0.5 * (low + high);
                     cluster.extent[axis] = (0.5 * (high - low)) * 1.000_001 + 1e-6;
                 }
-                clusters.push(c);
             }
             let (low, high) = (*vertices.first().unwrap(), *vertices.last().unwrap());
             let instances: Vec<u32> = (m.first_instance..m.first_instance + m.instance_count).collect();
             for &i in &instances {
                 scene.instances[i as usize].revision += 1;
             }
-            let runs = vec![clusters[0]..clusters[0] + clusters.len() as u32];
-            Ok::<_, LabError>(Changes {
-                instances,
-                vertices: vec![low..high + 1],
-                clusters: runs,
-                meshes: vec![mesh as u32],
-            })
+            let mut changes = Changes { instances, meshes: vec![mesh as u32], ..Changes::default() };
+            changes.vertices.push(low..high + 1);
+            changes.clusters.push(clusters);
+            Ok::<_, LabError>(changes)
         };
         self.lab.edit(edit).unwrap();
     }

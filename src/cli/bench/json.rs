@@ -22,6 +22,7 @@ pub struct Bench<'a> {
     pub animate: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub movers: Option<u32>,
+    pub copies: u32,
     pub sun_rate_deg_per_s: f64,
     pub truth_every: u32,
     pub seed: u64,
