@@ -46,7 +46,7 @@ pub enum Cull {
 const REQUEST_BYTES: u64 = 8 * (4 + 4 + size_of::<crate::gpu::structs::Node>() as u64);
 
 /// Most pairs of a frame.
-pub(crate) const MAX_PAIRS: u32 = 1 << 20;
+pub(crate) const MAX_PAIRS: u32 = 1 << 21;
 
 /// Plain data; every field is checked when the engine is made.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,7 +79,7 @@ pub struct Config {
     /// Most layers of the atlas drawn in a frame, 16 to 4096. A page that moving casters touch has two layers. What is put
     /// off is served by coarser pages meanwhile.
     pub pages_per_frame: u32,
-    /// Most (cluster, page) pairs drawn in a frame, 1024 to 1048576; beyond it coarser pages serve. At least
+    /// Most (cluster, page) pairs drawn in a frame, 1024 to 2097152; beyond it coarser pages serve. At least
     /// [`Config::least_pairs`]. 32 bytes a pair, twice.
     pub pair_capacity: u32,
     /// What drawing a page costs beside its pairs, as a number of pairs: the constant part of the cost by which pages are
@@ -87,8 +87,9 @@ pub struct Config {
     pub page_cost: u32,
     /// Frames without a change after which a caster of policy [`crate::host::CastPolicy::Auto`] is cached again; 1 to 10000.
     pub still_frames: u32,
-    /// Texels of the page that serves by which cached shadows may be off while the light turns; 0 to 16. At 0 every turn of
-    /// the light draws all pages anew.
+    /// Texels of the page that serves by which cached shadows may be off while the light turns; 0 to 16. The bound holds for
+    /// the casters farthest from the origin; others are off by less. Such pages are looked up with as much more depth bias.
+    /// Once the light rests, all pages are exact again within 32 frames. At 0 every turn of the light draws all pages anew.
     pub drift_texels: f32,
     /// Whether pages are kept from frame to frame. Without it every frame draws what it needs, without a limit of pages.
     pub cache: bool,
@@ -123,7 +124,7 @@ impl Config {
             pair_capacity: 131_072,
             page_cost: 16,
             still_frames: 16,
-            drift_texels: 2.0,
+            drift_texels: 1.0,
             cache: true,
             target_ms: 0.0,
             index_capacity: 6 << 20,
@@ -133,7 +134,7 @@ impl Config {
     }
 
     /// The least `pair_capacity` for a number of casters: four for each, since each may lie on all four root pages, which
-    /// must always be drawn. In scenes of more than 262,144 casters the most that is allowed, and root pages are drawn in
+    /// must always be drawn. In scenes of more than 524,288 casters the most that is allowed, and root pages are drawn in
     /// one frame or in several.
     pub fn least_pairs(casters: u32) -> u32 {
         casters.saturating_mul(4).min(MAX_PAIRS)
@@ -233,7 +234,7 @@ impl Config {
             (1024..=MAX_PAIRS).contains(&self.pair_capacity),
             "pair_capacity",
             self.pair_capacity,
-            "1024 to 1048576".into(),
+            format!("1024 to {MAX_PAIRS}"),
         )?;
         limit(
             (0..=30 << 20).contains(&self.index_capacity),

@@ -20,7 +20,8 @@ pub struct SceneBuffers {
     /// 32-bit words: for each cluster where its meshlet begins; then meshlets: the number of distinct vertices, these as
     /// absolute indices, then a word a triangle with three 10-bit positions in that list.
     pub meshlets: vk::Buffer,
-    /// `Instance` structs. A host may change them between frames; it then raises `revision` where the casters changed.
+    /// `Instance` structs. A host may change them between frames, and raises `revision` where the casters changed otherwise
+    /// than by matrix, mesh, material or flags. Another mesh must not have more clusters than the first.
     pub instances: vk::Buffer,
     /// Number of instances. Room for more is kept by instances of policy [`CastPolicy::Never`].
     pub instance_count: u32,

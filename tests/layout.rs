@@ -27,16 +27,16 @@ fn engine_structs_are_those_of_the_shaders() {
         fields!(Frame, clip_from_eye ray_corner ray_dx ray_dy eye light_x light_y light_z eye_page anchor_page page rule size cache drift),
     );
     assert_layout::<Node>(&all, "Node", fields!(Node, key own below cost ranks parent page slot marks child));
-    assert_layout::<Page>(&all, "Page", fields!(Page, key node slot dynamic_slot draws admitted origin scale pad));
+    assert_layout::<Page>(&all, "Page", fields!(Page, key node slot dynamic_slot draws admitted origin scale turned));
     assert_layout::<Counters>(
         &all,
         "Counters",
-        fields!(Counters, requests unique leaves nodes failed shift threshold draw_threshold draws_asked pages hits stale
+        fields!(Counters, requests unique leaves nodes failed shift threshold draw_threshold draw_order draws_asked pages hits stale
             admitted drawn drawn_dynamic deferred evicted invalidated pairs_opaque pairs_masked pairs_asked indices
             triangles sorted changed dynamics items pad roots requested resident refused),
     );
     assert_layout::<Slot>(&all, "Slot", fields!(Slot, axis_x key axis_z valid seen used));
-    let tracked = fields!(Tracked, rows bounds material revision flags state since patience pad);
+    let tracked = fields!(Tracked, rows bounds material revision flags state since patience mesh pad);
     assert_layout::<Tracked>(&all, "Tracked", tracked);
     assert_layout::<MeshBounds>(&all, "MeshBounds", fields!(MeshBounds, center first_cluster extent cluster_count));
 }
@@ -88,7 +88,9 @@ fn push_constants_are_those_of_their_shaders() {
     let retry = fields!(RetryPush, attempt shift groups_x groups_y argument);
     assert_layout::<RetryPush>(&push("request_retry"), "Push", retry);
     assert_layout::<PreparePush>(&push("sort_prepare"), "Push", fields!(PreparePush, capacity pages argument));
-    assert_layout::<ChoosePush>(&push("allocate_choose"), "Push", fields!(ChoosePush, draw_budget draws));
+    for shader in ["allocate_choose", "allocate_defer"] {
+        assert_layout::<ChoosePush>(&push(shader), "Push", fields!(ChoosePush, draw_budget step));
+    }
     assert_layout::<ItemPush>(&push("cull_prepare"), "Push", fields!(ItemPush, layer argument));
     assert_layout::<TrianglePush>(&push("cull_triangles"), "Push", fields!(TrianglePush, masked first_compacted));
 }

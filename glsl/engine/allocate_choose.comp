@@ -6,7 +6,7 @@
 #include "shared/refine.glsl"
 
 // Finds the least rank whose nodes, with all of higher rank, can be refined: within the layers of the atlas, then within
-// the layers that may be drawn. One workgroup.
+// the layers that may be drawn; and how many nodes of the next rank, in their order, can still be. One workgroup.
 layout(local_size_x = 256) in;
 layout(constant_id = 0) const int SLOTS = 1024;
 layout(std430, binding = 0) buffer CountersBlock { Counters counters; };
@@ -14,72 +14,110 @@ layout(std430, binding = 1) readonly buffer Histogram { int histogram[]; };
 layout(std430, binding = 2) readonly buffer Nodes { Node nodes[]; };
 layout(push_constant) uniform Push {
     int draw_budget;
-    uint draws;  // 0: decides about the atlas, 1: about drawing
+    uint step;  // 0: the atlas, 1: drawing by rank, 2: drawing by order
 };
 
 shared int sums[256];
-shared uint least;
+shared uint best;
 
-// The least rank above 0 whose sum with all higher ranks is within the budget, and that sum of another histogram.
-uint least_rank(uint first, int budget) {
+// Inclusive sum over the workgroup.
+int scan(int value) {
     uint local = gl_LocalInvocationIndex;
-    const uint share = RANKS / 256u;
-    int sum = 0;
-    for (uint i = 0u; i < share; i++) {
-        sum += histogram[first + RANKS - 1u - (local * share + i)];
-    }
-    sums[local] = sum;
-    if (local == 0u) {
-        least = RANKS;
-    }
+    sums[local] = value;
     barrier();
-    for (uint step = 1u; step < 256u; step *= 2u) {
-        int before = local >= step ? sums[local - step] : 0;
+    for (uint reach = 1u; reach < 256u; reach *= 2u) {
+        int before = local >= reach ? sums[local - reach] : 0;
         barrier();
         sums[local] += before;
         barrier();
     }
-    sum = sums[local] - sum;
+    return sums[local];
+}
+
+// The least rank above 0 whose sum with all higher ranks is within the budget.
+uint least_rank(uint first, int budget) {
+    uint local = gl_LocalInvocationIndex;
+    const uint share = RANKS / 256u;
+    int own = 0;
+    for (uint i = 0u; i < share; i++) {
+        own += histogram[first + RANKS - 1u - (local * share + i)];
+    }
+    if (local == 0u) {
+        best = RANKS;
+    }
+    int sum = scan(own) - own;
     for (uint i = 0u; i < share; i++) {
         uint rank = RANKS - 1u - (local * share + i);
         sum += histogram[first + rank];
         if (sum <= budget && rank > 0u) {
-            atomicMin(least, rank);
+            atomicMin(best, rank);
         }
     }
     barrier();
-    return least;
+    return best;
+}
+
+// The last place in the order before which the sum is within the budget.
+uint last_order(uint first, int budget) {
+    uint local = gl_LocalInvocationIndex;
+    const uint share = ORDERS / 256u;
+    int own = 0;
+    for (uint i = 0u; i < share; i++) {
+        own += histogram[first + local * share + i];
+    }
+    if (local == 0u) {
+        best = 0u;
+    }
+    int sum = scan(own) - own;
+    for (uint i = 0u; i < share; i++) {
+        sum += histogram[first + local * share + i];
+        if (sum <= budget) {
+            atomicMax(best, local * share + i + 1u);
+        }
+    }
+    barrier();
+    return best;
+}
+
+int sum_of(uint first, uint from, uint to) {
+    int sum = 0;
+    for (uint i = from; i < to; i++) {
+        sum += histogram[first + i];
+    }
+    return sum;
 }
 
 void main() {
+    bool writes = gl_LocalInvocationIndex == 0u;
     int layers = 0;
-    int draw_count = 0;
+    int draws = 0;
     for (uint r = 0u; r < 4u; r++) {
         if (counters.roots[r] != 0u) {
             Node root = nodes[counters.roots[r] - 1u];
             layers += page_layers(root.marks);
-            draw_count += page_draws(root.slot, root.marks);
+            draws += page_draws(root.slot, root.marks);
         }
     }
-    if (draws == 1u) {
-        if (int(counters.draws_asked) > draw_budget) {
-            uint rank = least_rank(2u * RANKS, draw_budget - draw_count);
-            if (gl_LocalInvocationIndex == 0u) {
+    if (step == 0u) {
+        uint rank = least_rank(0u, SLOTS - layers);
+        if (writes) {
+            counters.threshold = rank;
+            counters.draws_asked = uint(max(draws + sum_of(RANKS, rank, RANKS), 0));
+        }
+    } else if (int(counters.draws_asked) > draw_budget) {
+        if (step == 1u) {
+            uint rank = least_rank(2u * RANKS, draw_budget - draws);
+            if (writes) {
                 counters.draw_threshold = rank;
-                for (uint i = rank; i < RANKS; i++) {
-                    draw_count += histogram[2u * RANKS + i];
-                }
-                counters.deferred = uint(max(int(counters.draws_asked) - draw_count, 0));
+                counters.deferred = uint(int(counters.draws_asked) - draws - sum_of(2u * RANKS, rank, RANKS));
+            }
+        } else {
+            int drawn = int(counters.draws_asked) - int(counters.deferred);
+            uint order = last_order(3u * RANKS, draw_budget - drawn);
+            if (writes) {
+                counters.draw_order = order;
+                counters.deferred -= uint(sum_of(3u * RANKS, 0u, order));
             }
         }
-        return;
-    }
-    uint rank = least_rank(0u, SLOTS - layers);
-    if (gl_LocalInvocationIndex == 0u) {
-        counters.threshold = rank;
-        for (uint i = rank; i < RANKS; i++) {
-            draw_count += histogram[RANKS + i];
-        }
-        counters.draws_asked = uint(max(draw_count, 0));
     }
 }

@@ -23,7 +23,7 @@ uint own_entry(Node node) {
     int level = key_level(node.key);
     if (node.page != 0u) {
         Page page = pages[node.page - 1u];
-        return page.admitted == 1u ? make_entry(level, page.slot, page.dynamic_slot) : 0u;
+        return page.admitted == 1u ? make_entry(level, page.turned, page.slot, page.dynamic_slot) : 0u;
     }
     // where the budgets put something off, whatever is still right serves; otherwise a frame shows what a first one would
     if (counters.draw_threshold == 0u && counters.deferred == 0u) {
@@ -32,8 +32,9 @@ uint own_entry(Node node) {
     if (node.slot == 0u || (node.slot & STALE) != 0u || (node.marks & MARK_DYNAMIC) != 0u) {
         return 0u;
     }
-    Slot slot = slots[node.slot - 1u];
-    return slot.key == node.key && slot.valid != 0u ? make_entry(level, node.slot - 1u, NONE) : 0u;
+    uint held = (node.slot & ~TURNED) - 1u;
+    uint turned = (node.slot & TURNED) != 0u ? 1u : 0u;
+    return slots[held].key == node.key && slots[held].valid != 0u ? make_entry(level, turned, held, NONE) : 0u;
 }
 
 void main() {

@@ -37,9 +37,10 @@ void main() {
         float scale = frame.rule.w * frame.page.y * exp2(-float(level));
         uint held = nodes[node].slot;
         bool hit = held != 0u && (held & STALE) == 0u;
-        uint slot = held != 0u ? (held & ~STALE) - 1u : NONE;
+        uint slot = held != 0u ? (held & ~(STALE | TURNED)) - 1u : NONE;
+        uint turned = hit && (held & TURNED) != 0u ? 1u : 0u;
         uint draws = (hit ? 0u : 1u) | ((nodes[node].marks & MARK_DYNAMIC) != 0u ? 2u : 0u);
-        pages[i] = Page(key, node, slot, NONE, draws, 0u, origin, scale, 0u);
+        pages[i] = Page(key, node, slot, NONE, draws, 0u, origin, scale, turned);
         nodes[node].page = i + 1u;
         for (uint k = 0u; k < 4u; k++) {
             pair_counts[4u * i + k] = 0u;

@@ -37,7 +37,7 @@ void main() {
             layers -= page_layers(node.marks);
             draws -= page_draws(node.slot, node.marks);
         }
-        // what costs no layer always goes on, so that putting pages off never takes more layers than drawing them
+        // what costs no layer always goes on
         uint rank = PRESSURE == 2u && layers > 0 ? 64u * uint(level) : refine_rank(node.below / 2u, layers);
         nodes[slot].cost = cost_of(rank, draws, layers);
     }

@@ -16,14 +16,21 @@ layout(std430, binding = 2) readonly buffer NodeList { uint node_list[]; };
 layout(std430, binding = 3) writeonly buffer Keys { uint keys[]; };
 layout(std430, binding = 4) writeonly buffer Values { uint values[]; };
 
+// Whether a node is replaced by its children.
+bool refined(Node node) {
+    uint rank = node.ranks >> 16;
+    bool drawn = rank >= counters.draw_threshold || (rank + 1u == counters.draw_threshold && draw_order(node.key) < counters.draw_order);
+    return drawn && fits(node, counters.threshold);
+}
+
 bool selected(Node node) {
     if (key_level(node.key) == ROOT_LEVEL) {
         return true;
     }
-    if (node.parent == 0u || !refined(nodes[node.parent - 1u], counters.threshold, counters.draw_threshold)) {
+    if (node.parent == 0u || !refined(nodes[node.parent - 1u])) {
         return false;
     }
-    return !refined(node, counters.threshold, counters.draw_threshold) || node.own > 0u;
+    return !refined(node) || node.own > 0u;
 }
 
 void main() {

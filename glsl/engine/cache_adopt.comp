@@ -14,6 +14,7 @@ layout(std430, binding = 2) buffer Nodes { Node nodes[]; };
 layout(std430, binding = 3) buffer Slots { Slot slots[]; };
 
 #include "shared/table.glsl"
+#include "shared/drift.glsl"
 
 void main() {
     uint index = gl_GlobalInvocationID.x;
@@ -22,7 +23,7 @@ void main() {
     }
     uint node = table_find(slots[index].key);
     if (node != NONE) {
-        nodes[node].slot = (index + 1u) | (slots[index].valid != 0u ? 0u : STALE);
+        nodes[node].slot = (index + 1u) | (slots[index].valid != 0u ? 0u : STALE) | (drift(slots[index]) > 0.0 ? TURNED : 0u);
         slots[index].seen = frame.cache.y;
     }
 }

@@ -17,13 +17,10 @@ layout(std430, binding = 3) buffer Slots { Slot slots[]; };
 layout(std430, binding = 4) buffer Order { uint order[]; };  // layers, least recently used first
 
 #include "shared/caster_bounds.glsl"
+#include "shared/drift.glsl"
 
-// Texels of level 0 by which turned axes move the farthest caster.
-float drift(Slot slot) {
-    vec3 x = abs(vec3(slot.axis_x[0], slot.axis_x[1], slot.axis_x[2]) - frame.light_x.xyz);
-    vec3 z = abs(vec3(slot.axis_z[0], slot.axis_z[1], slot.axis_z[2]) - frame.light_z.xyz);
-    return frame.drift.x * (length(x) + length(z));
-}
+// Frames within which all pages are exact again once the light rests.
+const uint REST = 32u;
 
 // Coarse levels bear more drift than fine ones. Pages of a level give up at different times, so that they are not all
 // drawn in the same frame.
@@ -49,10 +46,15 @@ void main() {
     if (slot.key == 0u || slot.valid == 0u) {
         return;
     }
-    bool wrong = (frame.cache.x & LIGHT_MOVED) != 0u && drift(slot) > tolerance(slot.key);
+    float off = drift(slot);
+    bool moves = (frame.cache.x & LIGHT_MOVED) != 0u;
+    bool wrong = off > (moves ? tolerance(slot.key) : 0.0) && (moves || (hash(slot.key) + frame.cache.y) % REST == 0u);
+    // what a page drawn for other axes shows may lie as far beside its bounds
+    float beside = off > 0.0 ? frame.drift.y * power_of_two(key_level(slot.key)) / frame.rule.w : 0.0;
     for (uint i = 0u; i < counters.changed && !wrong; i++) {
         vec4 bounds = changed[i];
         in_page_units(bounds.xy, bounds.zw);
+        bounds += vec4(-beside, -beside, beside, beside);
         wrong = !page_missed(slot.key, bounds.xy, bounds.zw);
     }
     if (wrong) {

@@ -27,8 +27,12 @@ const uint MAX_PATIENCE = 16u;
 const uint SOON = 4u;
 
 bool same(Instance instance, Tracked known) {
-    return instance.revision == known.revision && instance.flags == known.flags && instance.material == known.material &&
-        instance.rows[0] == known.rows[0] && instance.rows[1] == known.rows[1] && instance.rows[2] == known.rows[2];
+    bool rows = true;
+    for (uint i = 0u; i < 3u; i++) {
+        rows = rows && floatBitsToUint(instance.rows[i]) == floatBitsToUint(known.rows[i]);
+    }
+    return rows && instance.revision == known.revision && instance.flags == known.flags &&
+        instance.material == known.material && instance.mesh == known.mesh;
 }
 
 uint next_state(uint policy, bool moved, inout Tracked known) {
@@ -88,6 +92,7 @@ void main() {
     }
     known.rows = instance.rows;
     known.material = instance.material;
+    known.mesh = instance.mesh;
     known.revision = instance.revision;
     known.flags = instance.flags;
     known.state = state;
@@ -99,7 +104,7 @@ void main() {
         MeshBounds mesh = meshes[instance.mesh];
         uint runs = (mesh.cluster_count + RUN - 1u) / RUN;
         uint first = atomicAdd(counters.items[1], runs);
-        for (uint i = 0u; i < runs; i++) {
+        for (uint i = 0u; i < runs && first + i < uint(items.length()); i++) {
             items[first + i] = Item(index, mesh.first_cluster + RUN * i);
         }
         atomicAdd(counters.dynamics, 1u);

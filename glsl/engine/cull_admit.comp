@@ -7,7 +7,7 @@
 
 // Admits pages while their pairs fit the budget, gives each its range of pairs, and writes the arguments of what follows.
 // Roots first: they answer for everything. The budget is large enough for all four together, or, in scenes of more than
-// 2^18 clusters, for each alone. If not all others fit, those that gain the most pixels for their cost, which is linear
+// 2^19 clusters, for each alone where it fits. If not all others fit, those that gain the most pixels for their cost, which is linear
 // in layers and pairs (Fernando 2002, sec. 2.4). One workgroup.
 layout(local_size_x = 256) in;
 layout(constant_id = 0) const uint PAIR_CAPACITY = 1024u;

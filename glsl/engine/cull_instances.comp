@@ -39,7 +39,7 @@ void main() {
         MeshBounds mesh = meshes[instances[index].mesh];
         uint runs = (mesh.cluster_count + RUN - 1u) / RUN;
         uint first = atomicAdd(counters.items[0], runs);
-        for (uint i = 0u; i < runs; i++) {
+        for (uint i = 0u; i < runs && first + i < uint(items.length()); i++) {
             items[first + i] = Item(index, mesh.first_cluster + RUN * i);
         }
     }

@@ -58,6 +58,10 @@ float umbrage_visibility(vec3 from_eye, vec3 n, vec3 dx, vec3 dy) {
     // itself (book, 5.1.4).
     vec2 slope = clamp(-normal.xy / normal.z, -200.0, 200.0) * texel_size;
     float bias = frame.rule.y * receiver_bias(texel_size, slope) + frame.rule.z;
+    if (entry_turned(entry)) {
+        // texels and depths may be off by this many texels, and depths by as much of the slope
+        bias += frame.drift.y * (texel_size + abs(slope.x) + abs(slope.y));
+    }
     float depth = frame.light_z.w + dot(frame.light_z.xyz, from_eye) - bias;
     vec2 low = floor(texel - 0.5);
     vec2 f = texel - 0.5 - low;

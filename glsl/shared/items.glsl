@@ -3,7 +3,7 @@
 // Whether there is a cluster for this thread.
 bool item_cluster(out uint instance, out uint cluster) {
     uint thread = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * gl_WorkGroupSize.x + gl_LocalInvocationIndex;
-    if (thread / RUN >= item_count()) {
+    if (thread / RUN >= min(item_count(), uint(items.length()))) {
         return false;
     }
     Item item = items[thread / RUN];

@@ -19,6 +19,9 @@ uint unspread(uint x) {
 
 const uint NONE = 0xffffffffu;
 
+// 2^n, exactly, for n from -126 to 127.
+float power_of_two(int n) { return uintBitsToFloat(uint(n + 127) << 23); }
+
 // A well-mixed word.
 uint hash(uint word) {
     word ^= word >> 16;

@@ -22,10 +22,12 @@ uint cost_rank(uint cost) { return cost & 0xffffu; }
 int cost_draws(uint cost) { return int((cost >> 16) & 0xffu) - 16; }
 int cost_layers(uint cost) { return int(cost >> 24) - 16; }
 
-// Whether a node is replaced by its children.
-bool refined(Node node, uint threshold, uint draw_threshold) {
-    return child_count(node) > 0u && (node.ranks & 0xffffu) >= threshold && (node.ranks >> 16) >= draw_threshold;
-}
+// Order of the nodes of one rank, coarse levels first, so that those before any place are connected with their ancestors.
+const uint ORDERS = 8192u;
+uint draw_order(uint key) { return (uint(ROOT_LEVEL - key_level(key)) * ORDERS + hash(key) % ORDERS) / uint(LEVELS); }
+
+// Whether a node is replaced by its children as far as the layers of the atlas go.
+bool fits(Node node, uint threshold) { return child_count(node) > 0u && (node.ranks & 0xffffu) >= threshold; }
 
 // 64 buckets an octave of the ratio weighted pixels / pages, in exact integer arithmetic; 0 means "never refined".
 uint refine_rank(uint benefit, int cost) {

@@ -11,12 +11,13 @@ struct Node {
     uint ranks;     // low half: least rank on the path to the root; high half: the same over nodes whose refining draws
     uint parent;    // slot + 1
     uint page;      // index into the pages + 1, or 0
-    uint slot;      // layer of the atlas that holds it from an earlier frame + 1, or 0; STALE when it must be redrawn
+    uint slot;      // layer of the atlas that holds it from an earlier frame + 1, or 0; STALE when it must be redrawn, TURNED
     uint marks;     // MARK_*
     uint child[4];  // slot + 1, or 0
 };
 
 const uint STALE = 0x80000000u;
+const uint TURNED = 0x40000000u;   // it was drawn for a light that has turned a little since
 const uint MARK_DYNAMIC = 1u;      // a moving caster touches this page
 const uint MARK_DRAWN = 2u;        // this page or one below it is drawn: cached layer; << 1: dynamic layer
 
@@ -30,7 +31,7 @@ struct Page {
     uint admitted;      // 1 when it serves: its draws fit the budgets; 2: they fit the pairs only
     vec2 origin;        // light-space xy of the corner of its texel (0, 0), relative to the scene's origin
     float scale;        // texels per world unit
-    uint pad;
+    uint turned;        // 1 when its first layer was drawn for a light that has turned a little since
 };
 
 // A layer of the atlas; lives from frame to frame.
@@ -52,8 +53,9 @@ struct Tracked {
     uint flags;
     uint state;       // CASTER_*
     uint since;       // frame of the last change
-    uint patience;    // frames to stand still before it is cached
-    uint pad[2];
+    uint patience;    // frames to stand still before it is cached; 0 before its first start
+    uint mesh;
+    uint pad;
 };
 
 const uint CASTER_UNKNOWN = 0u;
@@ -71,6 +73,7 @@ struct Counters {
     uint shift;         // levels by which all requests were coarsened because the table was too small
     uint threshold;     // least rank that is refined
     uint draw_threshold; // least rank that is refined where that needs drawing
+    uint draw_order;    // nodes of the rank below that come before this in the order of draw_order() are refined too
     uint draws_asked;   // layers to draw before the budget of pages
     uint pages;         // pages chosen
     uint hits;          // chosen pages whose cached layer is still right
@@ -90,7 +93,7 @@ struct Counters {
     uint changed;       // bounds of cached casters that changed
     uint dynamics;      // instances in the dynamic layer
     uint items[2];      // runs of clusters to cull, per layer
-    uint pad[2];
+    uint pad;
     uint roots[4];      // table slot + 1 of the root pages
     uint requested[16]; // per level
     uint resident[16];

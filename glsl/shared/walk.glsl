@@ -25,7 +25,7 @@ void walk(vec2 low, vec2 high) {
             return;
         }
         // children are tested before they are loaded; their pages and all pages below lie within their border
-        float side = exp2(float(key_level(node.key)));
+        float side = power_of_two(key_level(node.key));
         vec2 corner = vec2(key_page(node.key)) * side;
         float half_side = 0.5 * side;
         float reach = border * half_side;

@@ -98,7 +98,7 @@ impl Allocate {
                 spirv!("engine/allocate_defer.comp"),
                 &[counters, node, list, histogram],
                 &[nodes],
-                4,
+                size_of::<ChoosePush>(),
             )?,
             select: Compute::new(
                 gpu,
@@ -154,12 +154,15 @@ impl Allocate {
         next();
         self.path.dispatch(cmd, &(), GROUPS);
         next();
-        self.choose.dispatch(cmd, &ChoosePush { draw_budget: draws as i32, draws: 0 }, [1, 1, 1]);
+        let push = |step| ChoosePush { draw_budget: draws as i32, step };
+        self.choose.dispatch(cmd, &push(0), [1, 1, 1]);
         next();
-        self.defer.dispatch(cmd, &draws, GROUPS);
-        next();
-        self.choose.dispatch(cmd, &ChoosePush { draw_budget: draws as i32, draws: 1 }, [1, 1, 1]);
-        next();
+        for step in [1, 2] {
+            self.defer.dispatch(cmd, &push(step), GROUPS);
+            next();
+            self.choose.dispatch(cmd, &push(step), [1, 1, 1]);
+            next();
+        }
         self.select.dispatch(cmd, &(), GROUPS);
         next();
         page_sort.record(cmd, b);

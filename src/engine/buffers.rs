@@ -83,7 +83,7 @@ impl Buffers {
             entries: storage("page table entries", 4 * table, none)?,
             nodes: storage("page quadtree", size_of::<Node>() as u64 * table, none)?,
             node_list: storage("node list", 4 * u64::from(config.node_capacity()), none)?,
-            histogram: storage("rank histograms", 3 * 4 * 2048, none)?,
+            histogram: storage("rank histograms", 4 * (3 * 2048 + 8192), none)?,
             pages: storage("pages", size_of::<Page>() as u64 * pages, none)?,
             slots: storage("layers", size_of::<Slot>() as u64 * pages, none)?,
             order: storage("order of layers", 4 * pages, none)?,

@@ -46,6 +46,7 @@ impl Grid {
         Ok(Self { axes, page: root / f64::from(1 << ROOT_LEVEL), reach })
     }
 
+    #[cfg(feature = "lab")]
     /// Length of the whole grid: two root pages.
     pub(crate) fn extent(&self) -> f64 {
         self.page * f64::from(2 << ROOT_LEVEL)

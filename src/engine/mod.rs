@@ -18,7 +18,7 @@ pub(crate) mod tiles;
 
 pub use depth_prepass::{DepthPrepass, MeshDraw};
 
-use crate::config::{MAX_PAIRS, RequestRoute};
+use crate::config::RequestRoute;
 use crate::gpu::structs::{Counters, frame_flags};
 use crate::gpu::{Gpu, HostDevice, Timer};
 use crate::host::{FrameInput, Receivers, SceneBuffers};
@@ -87,11 +87,12 @@ impl Engine {
                 limit: format!("at least {least} for the scene's {casters} clusters"),
             });
         }
-        if casters > MAX_PAIRS {
+        let most = gpu.limits.max_draw_indirect_count;
+        if config.pair_capacity > most {
             return Err(Error::Limit {
-                field: "caster_count",
-                given: casters.to_string(),
-                limit: format!("at most {MAX_PAIRS} clusters, instances counted each"),
+                field: "pair_capacity",
+                given: config.pair_capacity.to_string(),
+                limit: format!("at most {most}, the draws of one command on this device"),
             });
         }
         let b = Buffers::new(gpu, config, scene)?;
@@ -128,14 +129,22 @@ impl Engine {
         })
     }
 
+    /// Forgets all pages and casters: the next frame is a first one. For hosts that recorded a frame and never submitted
+    /// it, or changed their buffers without telling.
+    pub fn forget(&mut self) {
+        self.history = History::default();
+        self.light = None;
+    }
+
     /// Records one frame into `cmd`: requests, allocation, tiles, lookup. The mask is left in `TRANSFER_SRC_OPTIMAL`.
     ///
     /// # Errors
     /// [`Error::Limit`] when the light's direction is zero or not finite.
     ///
     /// # Safety
-    /// `cmd` must be recording outside of rendering; the receivers' images must be readable by compute shaders; frames
-    /// of one engine must run in the order they were recorded.
+    /// `cmd` must be recording outside of rendering; the receivers' images must be readable by compute shaders; every
+    /// recorded frame of an engine must run, once, in the order of recording (else call [`Engine::forget`]). A host that
+    /// samples the mask orders that before the next frame's commands.
     pub unsafe fn record(&mut self, cmd: vk::CommandBuffer, input: &FrameInput) -> Result<(), Error> {
         self.record_timed(cmd, input, None)
     }
@@ -156,7 +165,7 @@ impl Engine {
         }
         let next = History {
             flags: forget,
-            frame: self.history.frame + 1,
+            frame: self.history.frame.wrapping_add(1).max(1),
             bias: self.steering.bias(),
             page_cost: self.steering.page_cost(),
         };
@@ -179,7 +188,7 @@ impl Engine {
         self.steering.measured(gpu_ms, tiles_ms, &counters);
     }
 
-    /// Counters of the last frame that the caller has waited for.
+    /// Counters of the last frame that the caller has waited for; with several frames in flight, of a later one perhaps.
     pub fn counters(&self) -> Counters {
         bytemuck::pod_read_unaligned(&self.buffers.readback.bytes()[..size_of::<Counters>()])
     }

@@ -20,6 +20,7 @@ const MEMORY: f64 = 0.95;
 /// Pages per frame, level bias and cost of a page, from measured times.
 #[derive(Debug, Clone)]
 pub(crate) struct Steering {
+    /// 0: none.
     target_ms: f64,
     most_pages: u32,
     pages: u32,
@@ -35,7 +36,7 @@ impl Steering {
         // cold engines draw everything they need in each frame
         let most_pages = if config.cache { config.pages_per_frame } else { 2 * config.page_capacity() };
         Self {
-            target_ms: f64::from(config.target_ms),
+            target_ms: if config.cache { f64::from(config.target_ms) } else { 0.0 },
             most_pages,
             pages: most_pages,
             bias: 0.0,
@@ -76,9 +77,9 @@ impl Steering {
         if self.over >= OVER {
             self.over = 0;
             // fewer pages help only where that many were drawn
-            if self.pages > LEAST_PAGES && pages > 0.5 * f64::from(self.pages.min(LEAST_PAGES)) {
+            if self.pages > LEAST_PAGES && pages > 0.5 * f64::from(self.pages) {
                 let share = (self.target_ms / gpu_ms).clamp(0.5, 0.9);
-                self.pages = ((pages.min(f64::from(self.pages)) * share) as u32).max(LEAST_PAGES);
+                self.pages = ((f64::from(self.pages) * share) as u32).max(LEAST_PAGES);
             } else {
                 self.bias = (self.bias + BIAS_STEP).min(MAX_BIAS);
             }

@@ -62,7 +62,7 @@ pub struct Page {
     pub admitted: u32,
     pub origin: [f32; 2],
     pub scale: f32,
-    pub pad: u32,
+    pub turned: u32,
 }
 
 /// A layer of the atlas, from frame to frame.
@@ -91,7 +91,8 @@ pub struct Tracked {
     pub state: u32,
     pub since: u32,
     pub patience: u32,
-    pub pad: [u32; 2],
+    pub mesh: u32,
+    pub pad: u32,
 }
 
 /// Counters of one frame; they keep counting beyond the capacities.
@@ -107,6 +108,7 @@ pub struct Counters {
     pub shift: u32,
     pub threshold: u32,
     pub draw_threshold: u32,
+    pub draw_order: u32,
     pub draws_asked: u32,
     pub pages: u32,
     pub hits: u32,
@@ -126,7 +128,7 @@ pub struct Counters {
     pub changed: u32,
     pub dynamics: u32,
     pub items: [u32; 2],
-    pub pad: [u32; 2],
+    pub pad: u32,
     pub roots: [u32; 4],
     pub requested: [u32; 16],
     pub resident: [u32; 16],
@@ -193,7 +195,7 @@ pub struct PreparePush {
 #[allow(missing_docs)]
 pub struct ChoosePush {
     pub draw_budget: i32,
-    pub draws: u32,
+    pub step: u32,
 }
 
 /// Push constants of `cull_prepare`.

@@ -395,6 +395,11 @@ impl EngineStage {
         Ok(self.engine.counters())
     }
 
+    /// Forgets all history.
+    pub fn forget(&mut self) {
+        self.engine.forget();
+    }
+
     /// Device memory by purpose, in bytes.
     pub fn memory(&self) -> Vec<(&'static str, u64)> {
         self.engine.memory()

@@ -61,7 +61,7 @@ const PARAMETERS: &[Parameter] = &[
     Parameter {
         key: "pairs",
         default: "auto",
-        allowed: "auto or 1024 to 1048576, at least 4 for each cluster of the scene",
+        allowed: "auto or 1024 to 2097152, at least 4 for each cluster of the scene",
         meaning: "most (cluster, page) pairs drawn in a frame; auto: 131072 or what the scene needs",
     },
     Parameter {
@@ -78,7 +78,7 @@ const PARAMETERS: &[Parameter] = &[
     },
     Parameter {
         key: "drift",
-        default: "2",
+        default: "1",
         allowed: "0 to 16",
         meaning: "texels by which cached shadows of the farthest casters may be off while the sun moves",
     },
@@ -124,7 +124,7 @@ pub(super) fn config(spec: &MethodSpec, size: [u32; 2]) -> Result<Config, LabErr
     config.spare_percent = spec.u32_in("spare", config.spare_percent, 0..=50)?;
     config.pages_per_frame = spec.u32_in("pages", config.pages_per_frame, 16..=4096)?;
     if !pairs_are_auto(spec) {
-        config.pair_capacity = spec.u32_in("pairs", config.pair_capacity, 1024..=1 << 20)?;
+        config.pair_capacity = spec.u32_in("pairs", config.pair_capacity, 1024..=1 << 21)?;
     }
     config.cache = spec.one_of("cache", "on", &["on", "off"])? == "on";
     config.still_frames = spec.u32_in("still", config.still_frames, 1..=10_000)?;

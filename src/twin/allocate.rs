@@ -3,12 +3,13 @@
 //! for the ranks.
 
 use super::compact::compact;
-use super::key::{key_ancestor, key_level};
+use super::key::{hash, key_ancestor, key_level};
 use super::{ROOT_LEVEL, SHIFTS};
 use crate::{Config, Pressure};
 use std::collections::{BTreeMap, BTreeSet};
 
 const RANKS: u32 = 2048;
+const ORDERS: u32 = 8192;
 /// No layer of the atlas.
 pub const NONE: u32 = u32::MAX;
 
@@ -120,6 +121,8 @@ pub struct Allocation {
     pub threshold: u32,
     /// Least rank that is refined where that draws; 0 when all may be drawn.
     pub draw_threshold: u32,
+    /// Place in the order of the rank before, up to which nodes are refined too.
+    pub draw_order: u32,
     /// Layers to draw if there were no budget for it.
     pub draws_asked: u32,
     /// Of these, those that are put off.
@@ -164,6 +167,22 @@ fn path(key: u32) -> impl Iterator<Item = u32> {
 fn least_rank(costs: &[(u32, i32)], budget: i32) -> u32 {
     let sum = |least: u32| costs.iter().filter(|&&(rank, _)| rank >= least).map(|&(_, cost)| cost).sum::<i32>();
     (1..RANKS).find(|&least| sum(least) <= budget).unwrap_or(RANKS)
+}
+
+/// Order of the nodes of one rank, coarse levels first: `draw_order` of `glsl/shared/refine.glsl`.
+fn order(key: u32) -> u32 {
+    ((ROOT_LEVEL - key_level(key)) as u32 * ORDERS + hash(key) % ORDERS) / 14
+}
+
+/// The last place in the order before which the costs are within the budget.
+fn last_order(costs: &[(u32, i32)], budget: i32) -> u32 {
+    let mut at = vec![0; ORDERS as usize];
+    costs.iter().for_each(|&(order, cost)| at[order as usize] += cost);
+    let sums = at.iter().scan(0, |sum, cost| {
+        *sum += cost;
+        Some(*sum)
+    });
+    (1..).zip(sums).filter(|&(_, sum)| sum <= budget).last().map_or(0, |(end, _)| end)
 }
 
 /// The quadtree above the requests, with what is known of its pages.
@@ -214,10 +233,14 @@ impl Allocation {
         Some(Refinement { layers, draws: sum(Node::draws), own_rank, ..Refinement::default() })
     }
 
-    /// Keys of the chosen pages if the nodes from these ranks on are refined.
-    fn cut(&self, threshold: u32, draw_threshold: u32) -> Vec<u32> {
+    /// Keys of the chosen pages if the nodes from these ranks on are refined, and those of the rank before `draw_threshold`
+    /// that come before `draw_order`.
+    fn cut(&self, threshold: u32, draw_threshold: u32, draw_order: u32) -> Vec<u32> {
         let refined = |key: u32| {
-            self.nodes[&key].refinement.is_some_and(|r| r.rank >= threshold && r.draw_rank >= draw_threshold)
+            self.nodes[&key].refinement.is_some_and(|r| {
+                let next = r.draw_rank + 1 == draw_threshold && order(key) < draw_order;
+                r.rank >= threshold && (r.draw_rank >= draw_threshold || next)
+            })
         };
         let chosen = |key: u32, node: &Node| {
             key_level(key) == ROOT_LEVEL || refined(key_ancestor(key, 1)) && (!refined(key) || node.own > 0)
@@ -244,16 +267,21 @@ pub fn allocate(input: &Input, config: &Config) -> Allocation {
 
     let layers: Vec<_> = inner().map(|r| (r.rank, r.layers)).collect();
     let threshold = least_rank(&layers, config.chosen_layers() as i32 - sum(&roots, Node::layers));
-    let mut chosen = out.cut(threshold, 0);
+    let mut chosen = out.cut(threshold, 0, 0);
     let draws_asked = sum(&chosen, Node::draws);
-    let (mut draw_threshold, mut deferred) = (0, 0);
+    let (mut draw_threshold, mut draw_order, mut deferred) = (0, 0, 0);
     if draws_asked > input.draw_budget as i32 {
         let draws: Vec<_> = inner().filter(|r| r.rank >= threshold).map(|r| (r.draw_rank, r.draws)).collect();
         draw_threshold = least_rank(&draws, input.draw_budget as i32 - sum(&roots, Node::draws));
-        chosen = out.cut(threshold, draw_threshold);
+        let drawn = sum(&out.cut(threshold, draw_threshold, 0), Node::draws);
+        let next = |r: &Refinement| r.rank >= threshold && r.draw_rank + 1 == draw_threshold;
+        let places =
+            out.nodes.iter().filter_map(|(&key, node)| Some((order(key), node.refinement.filter(next)?.draws)));
+        draw_order = last_order(&places.collect::<Vec<_>>(), input.draw_budget as i32 - drawn);
+        chosen = out.cut(threshold, draw_threshold, draw_order);
         deferred = (draws_asked - sum(&chosen, Node::draws)).max(0);
     }
-    (out.threshold, out.draw_threshold) = (threshold, draw_threshold);
+    (out.threshold, out.draw_threshold, out.draw_order) = (threshold, draw_threshold, draw_order);
     (out.draws_asked, out.deferred) = (draws_asked as u32, deferred as u32);
 
     for key in chosen {

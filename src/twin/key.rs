@@ -25,6 +25,13 @@ pub fn key_ancestor(key: u32, steps: u32) -> u32 {
     key_of(coarse, key_page(key).map(|c| c >> (coarse - level)))
 }
 
+/// A well-mixed word.
+pub fn hash(mut word: u32) -> u32 {
+    word = (word ^ word >> 16).wrapping_mul(0x7feb_352d);
+    word = (word ^ word >> 15).wrapping_mul(0x846c_a68b);
+    word ^ word >> 16
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -4,12 +4,13 @@ use crate::bench::{Bench, Lcg};
 use crate::scenes;
 use glam::{DQuat, DVec3};
 use std::collections::BTreeSet;
+use umbrage::gpu::structs::Page;
 use umbrage::host::CastPolicy;
 use umbrage::lab::stages::{EngineStage, Kept, Table};
 use umbrage::lab::{LabError, View};
 use umbrage::scene::{Changes, Motion, Scene};
 use umbrage::twin::key::{key_ancestor, key_level};
-use umbrage::{Camera, Config, Light};
+use umbrage::{Camera, Config, Light, Pressure};
 
 const SIZE: [u32; 2] = [160, 90];
 const STATIC: u32 = 2;
@@ -46,7 +47,7 @@ struct Shown {
     kept: Kept,
     cached: Vec<f32>,
     cold: Vec<f32>,
-    /// Nothing was put off, so both must show the same.
+    /// Neither put anything off, so both must show the same.
     whole: bool,
 }
 
@@ -64,9 +65,9 @@ impl Play {
 
     fn frame(&mut self) -> Shown {
         let (cached, table) = self.cached.frame(&self.lab).unwrap();
-        let (cold, _) = self.cold.frame(&self.lab).unwrap();
+        let (cold, cold_table) = self.cold.frame(&self.lab).unwrap();
         let kept = self.cached.kept(&self.lab).unwrap();
-        let whole = table.counters.deferred == 0 && table.counters.draw_threshold == 0;
+        let whole = [&table, &cold_table].iter().all(|t| t.counters.deferred == 0 && t.counters.draw_threshold == 0);
         Shown { table, kept, cached, cold, whole }
     }
 
@@ -384,6 +385,31 @@ fn invalidation_is_exact() {
     same(&after).unwrap();
 }
 
+/// However few pages a frame may draw, they are all there in the end.
+#[test]
+fn what_is_put_off_comes() {
+    for pressure in [Pressure::Demand, Pressure::Histogram, Pressure::Level] {
+        let config = Config { pages_per_frame: 16, pressure, atlas_bytes: 256 * 4 * 64 * 64, ..small() };
+        let mut play = Play::new(23, Config { level_bias: -3.0, ..config });
+        let first = play.frame();
+        assert!(!first.whole && first.table.counters.drawn > 4, "{pressure:?}: {:?}", first.table.counters);
+        let frames = (1..80).find(|_| play.frame().whole);
+        assert!(frames.is_some(), "{pressure:?}: {:?}", play.frame().table.counters);
+        same(&play.frame()).unwrap();
+    }
+}
+
+/// A host that dropped a recorded frame says so and starts anew.
+#[test]
+fn a_forgotten_history_is_none() {
+    let mut play = Play::new(29, small());
+    play.frame();
+    play.cached.forget();
+    let again = play.frame();
+    assert_eq!(again.table.counters.hits, 0);
+    same(&again).unwrap();
+}
+
 /// What the checks are worth: a page under a wrong address and a page with old content are both noticed.
 #[test]
 fn a_stale_page_is_noticed() {
@@ -424,6 +450,11 @@ fn coarse_pages_outlive_a_turning_light() {
 
     let mut play = Play::new(17, Config { drift_texels: 0.5, ..small() });
     play.frame();
+    let slots_off = |shown: &Shown| {
+        let axes = |page: &Page| shown.kept.slots[page.slot as usize].axis_z;
+        let newest = shown.kept.slots.iter().max_by_key(|s| s.used).unwrap().axis_z;
+        shown.table.pages.iter().filter(|p| p.turned == 1 || axes(p) != newest).count()
+    };
     let (mut kept, mut drawn) = ([0u32; 14], [0u32; 14]);
     for _ in 0..60 {
         turn(&mut play, 0.004);
@@ -438,6 +469,34 @@ fn coarse_pages_outlive_a_turning_light() {
     assert!(used.len() >= 2, "{drawn:?} {kept:?}");
     assert!(used.is_sorted_by(|a, b| share(*a) >= share(*b)), "{drawn:?} {kept:?}");
     assert!(share(used[0]) > 2.0 * share(*used.last().unwrap()), "{drawn:?} {kept:?}");
+    // once it rests, everything is exact again
+    assert!(slots_off(&play.frame()) > 0);
+    let rested = (0..40).map(|_| play.frame()).last().unwrap();
+    assert_eq!(slots_off(&rested), 0);
+    same(&rested).unwrap();
+}
+
+/// Low light over a plane, pages kept while it turns: no false shadow away from edges.
+#[test]
+fn a_turning_low_light_leaves_no_acne() {
+    let (scene, mut view) = scenes::sphere_on_plane(SIZE);
+    let mut lab = Bench::new(scene, view.clone());
+    for drift_texels in [0.5, 1.0, 4.0] {
+        let config = Config { drift_texels, level_bias: 0.0, ..small() };
+        let mut kept = EngineStage::new(&lab, &config).unwrap();
+        let mut cold = EngineStage::new(&lab, &Config { cache: false, ..config }).unwrap();
+        let (mut turned, mut worst) = (0, 0);
+        for step in 0..24 {
+            let height = (4.0 - 0.004 * f64::from(step)).to_radians();
+            view.lights[0] = Light::directional(DVec3::new(0.6, -height.tan() * 0.67, -0.3));
+            lab.look(view.clone()).unwrap();
+            let ((a, table), (b, _)) = (kept.frame(&lab).unwrap(), cold.frame(&lab).unwrap());
+            turned += table.pages.iter().filter(|p| p.turned == 1 && p.draws & 1 == 0).count();
+            worst = worst.max(a.iter().zip(&b).filter(|(a, b)| **a < 0.5 && **b >= 0.5).count());
+        }
+        assert!(turned > 24, "{drift_texels}: only {turned} pages outlived a turn");
+        assert!(worst < SIZE[0] as usize, "{drift_texels}: {worst} pixels falsely shadowed");
+    }
 }
 
 /// Two thousand frames of a wandering camera and moving casters: nothing grows, every budget holds.

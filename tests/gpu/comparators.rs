@@ -114,6 +114,7 @@ pub fn same_table(want: &Allocation, served: &Service, got: &Table, frame: u32) 
         ("threshold", c.threshold, want.threshold),
         ("draws asked", c.draws_asked, want.draws_asked),
         ("draw threshold", c.draw_threshold, want.draw_threshold),
+        ("draw order", c.draw_order, want.draw_order),
         ("deferred", c.deferred, served.deferred),
         ("pages", c.pages, want.pages.len() as u32),
         ("hits", c.hits, want.hits),
@@ -273,6 +274,7 @@ mod fail {
                 shift: a.shift,
                 threshold: a.threshold,
                 draw_threshold: a.draw_threshold,
+                draw_order: a.draw_order,
                 draws_asked: a.draws_asked,
                 deferred: s.deferred,
                 pages: a.pages.len() as u32,
@@ -302,10 +304,11 @@ mod fail {
         let s = a.serve(|_| true, 0);
         let right = table(&a, &s);
         assert_eq!(same_table(&a, &s, &right, 9), Ok(()));
-        let changes: [fn(&mut Table); 24] = [
+        let changes: [fn(&mut Table); 25] = [
             |t| t.counters.failed = 1,
             |t| t.counters.threshold += 1,
             |t| t.counters.draw_threshold += 1,
+            |t| t.counters.draw_order += 1,
             |t| t.counters.draws_asked += 1,
             |t| t.counters.deferred += 1,
             |t| t.counters.hits += 1,

@@ -55,7 +55,7 @@ fn one(lab: &Lab, method: &mut dyn Method) -> Result<Record, LabError> {
     let times = method.frame(lab)?;
     let counters = method.statistics(lab)?.counters;
     let bytes = method.memory().iter().map(|(_, bytes)| bytes).sum();
-    Ok(Record { times, counters, bytes, errors: None, crawl: None, differing: None })
+    Ok(Record { times, counters, bytes, errors: None, crawl: None, differing: None, cold_put_off: false })
 }
 
 /// Compares each method's last frame with the reference, and with the frame before where that was measured too.
@@ -84,10 +84,12 @@ fn measure(
 
 /// Compares each method's last frame with that of the same method without its cache, bit for bit.
 fn against_cold(shown: &Before, cold: &[Option<usize>], runs: &mut [Vec<Record>]) {
+    let cold_put_off: Vec<bool> = runs.iter().map(|run| run.last().is_some_and(Record::put_off)).collect();
     for (m, (run, cold)) in runs.iter_mut().zip(cold).enumerate() {
         if let (Some(record), Some(cold)) = (run.last_mut(), cold.filter(|&cold| cold != m)) {
             let pairs = shown.visibility[m].iter().zip(&shown.visibility[cold]);
             record.differing = Some(pairs.filter(|(a, b)| a.to_bits() != b.to_bits()).count() as u64);
+            record.cold_put_off = cold_put_off[cold];
         }
     }
 }

@@ -170,8 +170,10 @@ pub struct ColdSummary {
 
 impl ColdSummary {
     fn of(frames: &[Record]) -> Option<Self> {
-        let (late, whole): (Vec<_>, Vec<_>) =
-            frames.iter().filter_map(|f| Some((f.put_off(), f.differing?))).partition(|(put_off, _)| *put_off);
+        let (late, whole): (Vec<_>, Vec<_>) = frames
+            .iter()
+            .filter_map(|f| Some((f.put_off() || f.cold_put_off, f.differing?)))
+            .partition(|(put_off, _)| *put_off);
         let most = |list: &[(bool, u64)]| list.iter().map(|(_, pixels)| *pixels).max().unwrap_or(0);
         (late.len() + whole.len() > 0).then(|| Self {
             whole_frames: whole.len(),
@@ -199,7 +201,7 @@ impl CrawlSummary {
 
 impl<'a> Frame<'a> {
     fn of(frame: usize, record: &'a Record) -> Self {
-        let Record { times, counters, bytes, errors, crawl, differing } = record;
+        let Record { times, counters, bytes, errors, crawl, differing, .. } = record;
         let flips = |c: Crawl| Flips { flips: c.flips, reference_flips: c.reference_flips, crawl: c.crawl };
         Self {
             frame,

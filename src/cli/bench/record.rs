@@ -20,6 +20,8 @@ pub struct Record {
     pub crawl: Option<Crawl>,
     /// Pixels whose visibility has other bits than that of the same method without its cache, where both were measured.
     pub differing: Option<u64>,
+    /// Whether that one put something off.
+    pub cold_put_off: bool,
 }
 
 /// The row of the same method without its cache.
