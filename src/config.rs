@@ -79,6 +79,9 @@ pub struct Config {
     /// Most layers of the atlas drawn in a frame, 16 to 4096. A page that moving casters touch has two layers. What is put
     /// off is served by coarser pages meanwhile.
     pub pages_per_frame: u32,
+    /// The same for frames in which the light turned, 16 to 4096; the lesser of the two holds. A turning light makes coarse
+    /// pages with many casters be drawn, which cost more than the few fine ones that a moving camera asks for.
+    pub sun_pages_per_frame: u32,
     /// Most (cluster, page) pairs drawn in a frame, 1024 to 2097152; beyond it coarser pages serve. At least
     /// [`Config::least_pairs`]. 32 bytes a pair, twice.
     pub pair_capacity: u32,
@@ -121,10 +124,11 @@ impl Config {
             page_table_bytes: 16384 * REQUEST_BYTES,
             spare_percent: 10,
             pages_per_frame: 192,
+            sun_pages_per_frame: 96,
             pair_capacity: 131_072,
             page_cost: 16,
             still_frames: 16,
-            drift_texels: 1.0,
+            drift_texels: 0.5,
             cache: true,
             target_ms: 0.0,
             index_capacity: 6 << 20,
@@ -226,6 +230,8 @@ impl Config {
             self.pages_per_frame,
             "16 to 4096".into(),
         )?;
+        let sun = self.sun_pages_per_frame;
+        limit((16..=4096).contains(&sun), "sun_pages_per_frame", sun, "16 to 4096".into())?;
         limit(self.page_cost <= 1024, "page_cost", self.page_cost, "0 to 1024 pairs".into())?;
         limit((1..=10_000).contains(&self.still_frames), "still_frames", self.still_frames, "1 to 10000".into())?;
         limit((0.0..=1e6).contains(&self.target_ms), "target_ms", self.target_ms, "0 to 1000000".into())?;

@@ -1,7 +1,7 @@
 //! The timeline of a frame: every pass in order and every barrier between passes.
 
 use super::Engine;
-use crate::gpu::structs::Counters;
+use crate::gpu::structs::{Counters, frame_flags};
 use crate::gpu::sync::{self, Access::*};
 use crate::gpu::{Timer, structs::Frame};
 use ash::vk;
@@ -9,7 +9,9 @@ use ash::vk;
 impl Engine {
     /// Records one frame. Commands do not depend on what the GPU finds.
     pub(super) fn record_timeline(&self, cmd: vk::CommandBuffer, constants: &Frame, mut timer: Option<&mut Timer>) {
-        let draws = self.steering.pages();
+        // the first frame of all is not one in which the light turned
+        let turned = constants.cache[0] & (frame_flags::LIGHT_MOVED | frame_flags::FORGET_PAGES);
+        let draws = self.steering.pages(turned == frame_flags::LIGHT_MOVED);
         let device = &self.gpu.device;
         let b = &self.buffers;
         let size = self.config.size;

@@ -24,6 +24,7 @@ pub(crate) struct Steering {
     target_ms: f64,
     most_pages: u32,
     pages: u32,
+    sun_pages: u32,
     bias: f32,
     over: u32,
     under: u32,
@@ -39,6 +40,7 @@ impl Steering {
             target_ms: if config.cache { f64::from(config.target_ms) } else { 0.0 },
             most_pages,
             pages: most_pages,
+            sun_pages: if config.cache { config.sun_pages_per_frame } else { most_pages },
             bias: 0.0,
             over: 0,
             under: 0,
@@ -47,9 +49,9 @@ impl Steering {
         }
     }
 
-    /// Layers that may be drawn in the next frame.
-    pub(crate) fn pages(&self) -> u32 {
-        self.pages
+    /// Layers that may be drawn in the next frame, in which the light may have turned.
+    pub(crate) fn pages(&self, light_moved: bool) -> u32 {
+        if light_moved { self.pages.min(self.sun_pages) } else { self.pages }
     }
 
     /// Level bias beyond the configured one.
@@ -144,7 +146,7 @@ mod tests {
     fn nothing_happens_without_a_target() {
         let mut s = steering(0.0);
         (0..100).for_each(|_| s.measured(1e3, 1e3, &drew(256, 1000)));
-        assert_eq!((s.pages(), s.bias(), s.page_cost()), (192, 0.0, 16));
+        assert_eq!((s.pages(false), s.pages(true), s.bias(), s.page_cost()), (192, 96, 0.0, 16));
     }
 
     /// A GPU that needs 4 ms and 0.1 ms a page.
@@ -153,10 +155,10 @@ mod tests {
         let mut s = steering(10.0);
         let mut last = 0.0;
         for _ in 0..200 {
-            last = 4.0 + 0.1 * f64::from(s.pages());
-            s.measured(last, last - 4.0, &drew(s.pages(), 1000));
+            last = 4.0 + 0.1 * f64::from(s.pages(false));
+            s.measured(last, last - 4.0, &drew(s.pages(false), 1000));
         }
-        assert!((6.0..=12.5).contains(&last) && s.bias() == 0.0, "{last} ms, {} pages", s.pages());
+        assert!((6.0..=12.5).contains(&last) && s.bias() == 0.0, "{last} ms, {} pages", s.pages(false));
     }
 
     #[test]
@@ -167,7 +169,7 @@ mod tests {
         (0..4).for_each(|_| s.measured(9.0, 0.0, &drew(0, 0)));
         assert_eq!(s.bias(), 4.0 * BIAS_STEP, "within the margin nothing changes");
         (0..40).for_each(|_| s.measured(5.0, 0.0, &drew(0, 0)));
-        assert_eq!((s.bias(), s.pages()), (0.0, 192));
+        assert_eq!((s.bias(), s.pages(false)), (0.0, 192));
     }
 
     #[test]

@@ -59,6 +59,12 @@ const PARAMETERS: &[Parameter] = &[
         meaning: "most layers of the atlas drawn in a frame",
     },
     Parameter {
+        key: "sun_pages",
+        default: "96",
+        allowed: "16 to 4096",
+        meaning: "the same for frames in which the sun moved",
+    },
+    Parameter {
         key: "pairs",
         default: "auto",
         allowed: "auto or 1024 to 2097152, at least 4 for each cluster of the scene",
@@ -78,7 +84,7 @@ const PARAMETERS: &[Parameter] = &[
     },
     Parameter {
         key: "drift",
-        default: "1",
+        default: "0.5",
         allowed: "0 to 16",
         meaning: "texels by which cached shadows of the farthest casters may be off while the sun moves",
     },
@@ -123,6 +129,7 @@ pub(super) fn config(spec: &MethodSpec, size: [u32; 2]) -> Result<Config, LabErr
         u64::from(spec.u32_in("table_kib", (config.page_table_bytes >> 10) as u32, 480..=30720)?) << 10;
     config.spare_percent = spec.u32_in("spare", config.spare_percent, 0..=50)?;
     config.pages_per_frame = spec.u32_in("pages", config.pages_per_frame, 16..=4096)?;
+    config.sun_pages_per_frame = spec.u32_in("sun_pages", config.sun_pages_per_frame, 16..=4096)?;
     if !pairs_are_auto(spec) {
         config.pair_capacity = spec.u32_in("pairs", config.pair_capacity, 1024..=1 << 21)?;
     }

@@ -23,6 +23,7 @@ fn small() -> Config {
         page_texels: 64,
         page_table_bytes: 480 << 11,
         pages_per_frame: 4096,
+        sun_pages_per_frame: 4096,
         level_bias: -1.0,
         still_frames: 3,
         ..Config::new(SIZE)
