@@ -80,14 +80,19 @@ enum LightJson {
     },
 }
 
+/// Reads a file and gives its name and text to `parse`.
+fn read<T>(path: &Path, parse: impl FnOnce(&str, &str) -> Result<T, ViewError>) -> Result<T, ViewError> {
+    let name = path.display().to_string();
+    match std::fs::read_to_string(path) {
+        Ok(text) => parse(&name, &text),
+        Err(error) => Err(ViewError { file: name, what: format!("cannot be read: {error}") }),
+    }
+}
+
 impl ViewFile {
     /// Reads and checks a view file.
     pub fn read(path: &Path) -> Result<Self, ViewError> {
-        let name = path.display().to_string();
-        match std::fs::read_to_string(path) {
-            Ok(text) => Self::parse(&name, &text),
-            Err(error) => Err(ViewError { file: name, what: format!("cannot be read: {error}") }),
-        }
+        read(path, Self::parse)
     }
 
     /// Reads and checks the text of a view file; `name` is for the error.

@@ -34,7 +34,7 @@ void main() {
         // exact: an integer below 2^24 times a power of two
         ivec2 corner = frame.anchor_page.xy + (ivec2(key_page(key)) << level);
         vec2 origin = vec2(corner) * frame.page.x;
-        float scale = frame.rule.w * frame.page.y * exp2(-float(level));
+        float scale = frame.rule.w * frame.page.y * power_of_two(-level);
         uint held = nodes[node].slot;
         bool hit = held != 0u && (held & STALE) == 0u;
         uint slot = held != 0u ? (held & ~(STALE | TURNED)) - 1u : NONE;

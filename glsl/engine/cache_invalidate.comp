@@ -26,7 +26,7 @@ const uint REST = 32u;
 // drawn in the same frame.
 float tolerance(uint key) {
     float early = 0.5 + 0.5 * float(hash(key) & 255u) / 255.0;
-    return frame.drift.y * early * exp2(float(key_level(key)));
+    return frame.drift.y * early * power_of_two(key_level(key));
 }
 
 void main() {

@@ -50,9 +50,9 @@ float umbrage_visibility(vec3 from_eye, vec3 n, vec3 dx, vec3 dy) {
         return 1.0;
     }
     int level = entry_level(entry);
-    vec2 in_page = (vec2(page - ((page >> level) << level)) + inside) * exp2(-float(level));
+    vec2 in_page = (vec2(page - ((page >> level) << level)) + inside) * power_of_two(-level);
     vec2 texel = in_page * frame.rule.w + float(GUTTER);
-    float texel_size = frame.page.x * exp2(float(level)) / frame.rule.w;
+    float texel_size = frame.page.x * power_of_two(level) / frame.rule.w;
     // The contour where the bilinear blend of the four nearest tests is one half: a smoother and closer edge than the
     // nearest texel's. Each test is against the receiver's plane at that texel's centre, so that a plane never shadows
     // itself (book, 5.1.4).

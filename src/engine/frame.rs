@@ -129,7 +129,7 @@ impl Engine {
         );
         stage("cull");
 
-        if constants.cache[1] == 1 {
+        if constants.cache[0] & frame_flags::FORGET_PAGES != 0 {
             sync::discard(device, cmd, &b.atlas, ComputeRead, DepthAttachment);
         } else {
             sync::image(device, cmd, &b.atlas, ComputeRead, DepthAttachment);

@@ -181,8 +181,8 @@ impl Engine {
     }
 
     /// Tells how long the GPU took for a frame, in milliseconds, from which the engine steers its work towards
-    /// [`Config::target_ms`]; without a target nothing happens. `tiles_ms`: the part of it spent in culling and tiles, 0 where that is not known.
-    /// Call it once a frame, in order, with times of finished frames only.
+    /// [`Config::target_ms`]; without a target nothing happens. `tiles_ms`: the part of it spent in culling and tiles, 0
+    /// where that is not known. Call it once a frame, in order, with times of finished frames only.
     pub fn steer(&mut self, gpu_ms: f64, tiles_ms: f64) {
         let counters = self.counters();
         self.steering.measured(gpu_ms, tiles_ms, &counters);

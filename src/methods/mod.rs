@@ -154,6 +154,14 @@ fn hard_directional(spec: &MethodSpec, lab: &Lab) -> Result<(), LabError> {
     }
 }
 
+/// The key `depth_bias` of the map methods.
+const DEPTH_BIAS: Parameter = Parameter {
+    key: "depth_bias",
+    default: "1",
+    allowed: "0 to 16",
+    meaning: "depth bias beyond the receiver plane's, in texels plus a quarter of their slope",
+};
+
 /// The key `cull` of the map methods.
 const CULL: Parameter = Parameter {
     key: "cull",

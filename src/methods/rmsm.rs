@@ -27,12 +27,7 @@ const PARAMETERS: &[Parameter] = &[
     Parameter { key: "requests", default: "flags", allowed: "sort or flags", meaning: "route from pixels to pages" },
     Parameter { key: "page", default: "128", allowed: "64, 128, 256 or 512", meaning: "side of a page in texels" },
     Parameter { key: "gutter", default: "1", allowed: "1 to 8", meaning: "border of a page in texels" },
-    Parameter {
-        key: "depth_bias",
-        default: "1",
-        allowed: "0 to 16",
-        meaning: "depth bias beyond the receiver plane's, in texels plus a quarter of their slope",
-    },
+    super::DEPTH_BIAS,
     super::CULL,
     Parameter {
         key: "pressure",

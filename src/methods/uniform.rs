@@ -25,12 +25,7 @@ const PARAMETERS: &[Parameter] = &[
         allowed: "scene, frustum or samples",
         meaning: "what the map is fitted to",
     },
-    Parameter {
-        key: "depth_bias",
-        default: "1",
-        allowed: "0 to 16",
-        meaning: "depth bias beyond the receiver plane's, in texels plus a quarter of their slope",
-    },
+    super::DEPTH_BIAS,
     super::CULL,
 ];
 

@@ -1,6 +1,6 @@
 //! A camera path from a file: `{"keys":[{"frame":0,"eye":[0,1,5],"target":[0,1,0],"fov_y_deg":60}]}`.
 
-use super::super::{DEPTH_RANGE, ViewError, require};
+use super::super::{DEPTH_RANGE, ViewError, read, require};
 use crate::Camera;
 use serde::Deserialize;
 use std::path::Path;
@@ -31,11 +31,7 @@ struct Key {
 impl PathFile {
     /// Reads and checks a path file.
     pub fn read(path: &Path) -> Result<Self, ViewError> {
-        let name = path.display().to_string();
-        match std::fs::read_to_string(path) {
-            Ok(text) => Self::parse(&name, &text),
-            Err(error) => Err(ViewError { file: name, what: format!("cannot be read: {error}") }),
-        }
+        read(path, Self::parse)
     }
 
     /// Reads and checks the text of a path file; `name` is for the error.
