@@ -400,11 +400,6 @@ impl EngineStage {
         self.engine.forget();
     }
 
-    /// Device memory by purpose, in bytes.
-    pub fn memory(&self) -> Vec<(&'static str, u64)> {
-        self.engine.memory()
-    }
-
     /// What is kept for the next frame.
     pub fn kept(&self, lab: &Lab) -> Result<Kept> {
         let b = &self.engine.buffers;
