@@ -75,6 +75,18 @@ enum LightJson {
         #[serde(default)]
         angular_diameter_deg: f64,
     },
+    Spot {
+        position: DVec3Json,
+        direction: DVec3Json,
+        #[serde(default)]
+        inner_angle_deg: f64,
+        outer_angle_deg: f64,
+        range: f64,
+    },
+    Point {
+        position: DVec3Json,
+        range: f64,
+    },
     Area {
         polygon: Vec<DVec3Json>,
     },
@@ -182,6 +194,14 @@ impl LightJson {
             Self::Directional { direction, angular_diameter_deg } => {
                 Light::Directional { direction: (*direction).into(), angular_diameter_deg: *angular_diameter_deg }
             }
+            Self::Spot { position, direction, inner_angle_deg, outer_angle_deg, range } => Light::Spot {
+                position: (*position).into(),
+                direction: (*direction).into(),
+                inner_angle_deg: *inner_angle_deg,
+                outer_angle_deg: *outer_angle_deg,
+                range: *range,
+            },
+            Self::Point { position, range } => Light::Point { position: (*position).into(), range: *range },
             Self::Area { polygon } => Light::Area { polygon: polygon.iter().map(|&p| p.into()).collect() },
         }
     }
@@ -191,6 +211,14 @@ impl LightJson {
             Light::Directional { direction, angular_diameter_deg } => {
                 Self::Directional { direction: direction.to_array(), angular_diameter_deg: *angular_diameter_deg }
             }
+            Light::Spot { position, direction, inner_angle_deg, outer_angle_deg, range } => Self::Spot {
+                position: position.to_array(),
+                direction: direction.to_array(),
+                inner_angle_deg: *inner_angle_deg,
+                outer_angle_deg: *outer_angle_deg,
+                range: *range,
+            },
+            Light::Point { position, range } => Self::Point { position: position.to_array(), range: *range },
             Light::Area { polygon } => Self::Area { polygon: polygon.iter().map(DVec3::to_array).collect() },
         }
     }
@@ -204,6 +232,19 @@ impl LightJson {
                 let field = format!("lights[{index}].angular_diameter_deg");
                 require((0.0..180.0).contains(angular_diameter_deg), &field, angular_diameter_deg, "0 to below 180")
             }
+            Self::Spot { position, direction, inner_angle_deg, outer_angle_deg, range } => {
+                check_place(index, position, *range)?;
+                let field = format!("lights[{index}].direction");
+                let allowed = "a finite vector of a length other than 0";
+                require(has_length((*direction).into()), &field, format_args!("{direction:?}"), allowed)?;
+                let field = format!("lights[{index}].outer_angle_deg");
+                let outer = *outer_angle_deg;
+                require(outer > 0.0 && outer <= 90.0, &field, outer, "above 0 and up to 90 degrees from the axis")?;
+                let field = format!("lights[{index}].inner_angle_deg");
+                let allowed = format!("0 to outer_angle_deg ({outer:?})");
+                require((0.0..=outer).contains(inner_angle_deg), &field, inner_angle_deg, &allowed)
+            }
+            Self::Point { position, range } => check_place(index, position, *range),
             Self::Area { polygon } => {
                 let field = format!("lights[{index}].polygon");
                 require(polygon.len() >= 3, &field, format_args!("{} corners", polygon.len()), "at least 3 corners")?;
@@ -212,6 +253,16 @@ impl LightJson {
             }
         }
     }
+}
+
+/// Position and range of a light at a point.
+fn check_place(index: usize, position: &DVec3Json, range: f64) -> Result<(), String> {
+    let most = DEPTH_RANGE[1];
+    let field = format!("lights[{index}].position");
+    let allowed = format!("three numbers within {most:e}");
+    require(position.iter().all(|v| v.abs() <= most), &field, format_args!("{position:?}"), &allowed)?;
+    let field = format!("lights[{index}].range");
+    require(range > 0.0 && range <= most, &field, range, &format!("above 0 and up to {most:e}"))
 }
 
 impl ViewJson {

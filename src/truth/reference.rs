@@ -98,6 +98,10 @@ pub fn reference(
 pub(crate) fn to_light(light: &Light, origin: DVec3, position: DVec3) -> Option<DVec3> {
     match light {
         Light::Directional { direction, .. } => (-*direction).try_normalize(),
+        Light::Spot { position: p, .. } | Light::Point { position: p, .. } => {
+            let d = *p - origin - position;
+            (d.is_finite() && d != DVec3::ZERO).then_some(d)
+        }
         Light::Area { polygon } => {
             let center = polygon.iter().map(|&p| p - origin).sum::<DVec3>() / polygon.len().max(1) as f64;
             let d = center - position;
@@ -114,7 +118,7 @@ pub(super) fn check_light(light: &Light) -> Result<(), TruthError> {
         Light::Directional { angular_diameter_deg: d, .. } if !(0.0..180.0).contains(d) => {
             Err(TruthError::new(format!("the light's angular diameter is {d} degrees, allowed is 0 up to 180")))
         }
-        Light::Directional { .. } => Ok(()),
+        Light::Directional { .. } | Light::Spot { .. } | Light::Point { .. } => Ok(()),
         Light::Area { polygon } if polygon.len() < 3 => {
             Err(TruthError::new(format!("the light's polygon has {} corners, at least 3 are needed", polygon.len())))
         }

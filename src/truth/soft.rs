@@ -69,6 +69,9 @@ impl Emitter {
                 let (a, b) = center.any_orthonormal_pair();
                 Ok(Emitter::Disc(center, a * radius, b * radius))
             }
+            Light::Spot { .. } | Light::Point { .. } => {
+                Err(TruthError::new("the soft reference takes lights with extent"))
+            }
             Light::Area { polygon } => {
                 let corners: Vec<DVec3> = polygon.iter().map(|&p| p - origin).collect();
                 let crosses = corners[1..].windows(2).map(|p| (p[0] - corners[0]).cross(p[1] - corners[0]));
