@@ -1,6 +1,8 @@
 //! What a host chooses about the engine.
 
 use crate::Error;
+use crate::engine::constants::FACES;
+use crate::engine::lights::MAX_LIGHTS;
 
 /// How the footprint of a pixel becomes a level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,7 +45,7 @@ pub enum Cull {
 }
 
 /// Bytes of the page table for each distinct page asked for: eight slots of key, entry and node.
-const REQUEST_BYTES: u64 = 8 * (4 + 4 + size_of::<crate::gpu::structs::Node>() as u64);
+const REQUEST_BYTES: u64 = 8 * (8 + 4 + size_of::<crate::gpu::structs::Node>() as u64);
 
 /// Most pairs of a frame.
 pub(crate) const MAX_PAIRS: u32 = 1 << 21;
@@ -62,11 +64,21 @@ pub struct Config {
     /// Finest level that pixels may ask for, relative to one texel a pixel: -1 is half a pixel. -8 to 8.
     /// Pages this fine are drawn where the atlas has room; coarser ones serve elsewhere.
     pub level_bias: f32,
+    /// Texels of the virtual map along a side, as a power of two: 15 to 21. What pixels ask for beyond it is served by the
+    /// finest level.
+    pub virtual_bits: u32,
+    /// Most lights at a time, 1 to 1365.
+    pub lights: u32,
+    /// Bits of a light in the mask: 32 (a float), 8 (fractions of 255) or 1.
+    pub mask_bits: u32,
+    /// Whether pixels that the map cannot decide are decided by rays against the casters.
+    pub exact: bool,
     /// Sides of casters that are left out; off by default, since shadow truth is geometric.
     pub cull: Cull,
     /// The level rule.
     pub level_rule: LevelRule,
-    /// The route from pixels to the list of pages. Both give the same pages.
+    /// The route from pixels to the list of pages. Both give the same pages. The sort's list has room for 64 requests from
+    /// each 8x8 pixels: it takes at most 16 lights.
     pub route: RequestRoute,
     /// Which pages give way when the atlas is full.
     pub pressure: Pressure,
@@ -117,6 +129,10 @@ impl Config {
             page_texels: 128,
             gutter: 1,
             level_bias: -3.0,
+            virtual_bits: 21,
+            lights: 1,
+            mask_bits: 32,
+            exact: false,
             cull: Cull::None,
             level_rule: LevelRule::MinLength,
             route: RequestRoute::Flags,
@@ -137,11 +153,25 @@ impl Config {
         }
     }
 
-    /// The least `pair_capacity` for a number of casters: four for each, since each may lie on all four root pages, which
-    /// must always be drawn. In scenes of more than 524,288 casters the most that is allowed, and root pages are drawn in
-    /// one frame or in several.
+    /// The least `pair_capacity` for a number of casters: twice as many, so that any page with its moving casters can be
+    /// drawn. Scenes of more than 1,048,576 casters get the most that is allowed.
     pub fn least_pairs(casters: u32) -> u32 {
-        casters.saturating_mul(4).min(MAX_PAIRS)
+        casters.saturating_mul(2).min(MAX_PAIRS)
+    }
+
+    /// Texels of a page's side without gutters.
+    pub(crate) fn interior(&self) -> u32 {
+        self.page_texels - 2 * self.gutter
+    }
+
+    /// The level at which the whole face would have 2^`virtual_bits` texels a side, gutters included.
+    pub(crate) fn finest_level(&self) -> i32 {
+        crate::engine::constants::ROOT_LEVEL + self.page_texels.ilog2() as i32 - self.virtual_bits as i32
+    }
+
+    /// Layers of the mask: 32-bit words a pixel.
+    pub(crate) fn mask_layers(&self) -> u32 {
+        (self.lights * self.mask_bits).div_ceil(32)
     }
 
     /// Pages the atlas holds.
@@ -152,8 +182,7 @@ impl Config {
     /// Layers of the atlas that one frame's pages may take.
     pub(crate) fn chosen_layers(&self) -> u32 {
         let pages = u64::from(self.page_capacity());
-        // the roots, moving casters included, always have their layers
-        (pages - pages * u64::from(self.spare_percent) / 100).max(8) as u32
+        (pages - pages * u64::from(self.spare_percent) / 100) as u32
     }
 
     /// Distinct pages that pixels may ask for: what the page table's memory allows.
@@ -208,6 +237,17 @@ impl Config {
                 u64::from(max_layers) * page_bytes
             ),
         )?;
+        limit((15..=21).contains(&self.virtual_bits), "virtual_bits", self.virtual_bits, "15 to 21".into())?;
+        limit((1..=MAX_LIGHTS).contains(&self.lights), "lights", self.lights, format!("1 to {MAX_LIGHTS}"))?;
+        let sorted = self.route == RequestRoute::Flags || self.lights <= 16;
+        limit(sorted, "lights", self.lights, "at most 16 with the sort route".into())?;
+        limit(matches!(self.mask_bits, 1 | 8 | 32), "mask_bits", self.mask_bits, "1, 8 or 32".into())?;
+        limit(
+            self.mask_layers() <= max_layers,
+            "mask_bits",
+            self.mask_bits,
+            format!("at most {max_layers} layers of the mask, not {} for {} lights", self.mask_layers(), self.lights),
+        )?;
         limit((-8.0..=8.0).contains(&self.level_bias), "level_bias", self.level_bias, "-8 to 8".into())?;
         limit((0.0..=16.0).contains(&self.bias_texels), "bias_texels", self.bias_texels, "0 to 16".into())?;
         let group = self.cull_group;
@@ -222,6 +262,12 @@ impl Config {
             "page_table_bytes",
             self.page_table_bytes,
             format!("{} to {} bytes", 1024 * REQUEST_BYTES, 65536 * REQUEST_BYTES),
+        )?;
+        limit(
+            FACES * self.lights <= self.request_capacity(),
+            "page_table_bytes",
+            self.page_table_bytes,
+            format!("a page for each of the faces of {} lights, {FACES} each", self.lights),
         )?;
         limit(self.spare_percent <= 50, "spare_percent", self.spare_percent, "0 to 50 percent".into())?;
         limit(

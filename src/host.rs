@@ -67,13 +67,11 @@ pub struct Receivers {
     pub normal: vk::ImageView,
 }
 
-/// What changes from frame to frame.
+/// What changes from frame to frame in a view. All views of a frame have the same origin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrameInput {
     /// The camera; positions in world space.
     pub camera: crate::Camera,
     /// World position of the scene's origin.
     pub origin: glam::DVec3,
-    /// Direction in which the light travels, world space, any length but zero.
-    pub light_direction: glam::DVec3,
 }

@@ -55,6 +55,6 @@ pub mod view;
 
 pub use camera::Camera;
 pub use config::{Config, Cull, LevelRule, Pressure, RequestRoute};
-pub use engine::Engine;
+pub use engine::{Engine, LightId};
 pub use error::Error;
 pub use light::Light;

@@ -1,8 +1,10 @@
 //! `view.json`: camera, lights, image size and time as a file. What a file leaves out is taken from the scene.
 
 mod choose;
+mod lights;
 mod path;
 
+pub use lights::MAX_SYNTHETIC_LIGHTS;
 pub use path::{CameraPath, PATH_NAMES, PathFile, Surroundings, median_distance};
 
 use crate::lab::View;
@@ -226,17 +228,13 @@ impl LightJson {
     fn check(&self, index: usize) -> Result<(), String> {
         match self {
             Self::Directional { direction, angular_diameter_deg } => {
-                let field = format!("lights[{index}].direction");
-                let allowed = "a finite vector of a length other than 0";
-                require(has_length((*direction).into()), &field, format_args!("{direction:?}"), allowed)?;
+                check_direction(index, direction)?;
                 let field = format!("lights[{index}].angular_diameter_deg");
                 require((0.0..180.0).contains(angular_diameter_deg), &field, angular_diameter_deg, "0 to below 180")
             }
             Self::Spot { position, direction, inner_angle_deg, outer_angle_deg, range } => {
                 check_place(index, position, *range)?;
-                let field = format!("lights[{index}].direction");
-                let allowed = "a finite vector of a length other than 0";
-                require(has_length((*direction).into()), &field, format_args!("{direction:?}"), allowed)?;
+                check_direction(index, direction)?;
                 let field = format!("lights[{index}].outer_angle_deg");
                 let outer = *outer_angle_deg;
                 require(outer > 0.0 && outer <= 90.0, &field, outer, "above 0 and up to 90 degrees from the axis")?;
@@ -253,6 +251,12 @@ impl LightJson {
             }
         }
     }
+}
+
+/// Direction of a light.
+fn check_direction(index: usize, direction: &DVec3Json) -> Result<(), String> {
+    let (field, allowed) = (format!("lights[{index}].direction"), "a finite vector of a length other than 0");
+    require(has_length((*direction).into()), &field, format_args!("{direction:?}"), allowed)
 }
 
 /// Position and range of a light at a point.

@@ -1,6 +1,7 @@
 //! The program as a user meets it: files, tables, sentences and exit codes.
 #![cfg(feature = "cli")]
 
+use glam::DVec3;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -94,7 +95,7 @@ fn ordered(spread: &Value, above_zero: bool) {
 #[test]
 fn usage_errors() {
     let place = Place::new("usage");
-    let cases: [(&str, &[&str]); 27] = [
+    let cases: [(&str, &[&str]); 28] = [
         ("", &["command", "allowed"]),
         ("draw", &["'draw'"]),
         ("render", &["--out"]),
@@ -110,6 +111,7 @@ fn usage_errors() {
         ("render --out o --method rmsm:atlas_mib=x", &["'x'", "atlas_mib", "allowed"]),
         ("render --out o --method uniform:resolution=99999", &["'99999'", "resolution", "allowed"]),
         ("render --out o --method rmsm:level=odd", &["'odd'", "area", "min_length"]),
+        ("render --out o --method raytraced:turned=yes", &["'yes'", "turned", "true or false"]),
         ("compare --out o", &["--methods"]),
         ("compare --out o --methods rmsm,", &["--methods"]),
         ("compare --out o --methods resolution=4096,rmsm", &["--methods", "'resolution=4096'"]),
@@ -218,8 +220,9 @@ fn render_writes_what_it_promises() {
 
     let visibility = place.exr("deep/er/a/visibility.exr");
     assert_eq!([visibility.width, visibility.height], SIZE);
-    assert_eq!(visibility.channels.len(), 1);
+    assert_eq!(visibility.channels.len(), 2);
     let v = visibility.channel("V").unwrap();
+    assert_eq!(visibility.channel("V.0"), Some(v));
     assert!(v.iter().all(|v| (0.0..=1.0).contains(v)) && v.contains(&0.0) && v.contains(&1.0));
 
     let gbuffer = place.exr("deep/er/a/gbuffer.exr");
@@ -263,6 +266,117 @@ fn render_writes_what_it_promises() {
     for metric in ["mismatch", "edge_error", "off_edge", "acne", "leak", "lost"] {
         assert!((0.0..100.0).contains(&number(&stats, &format!("/truth/{metric}"))), "{metric}");
     }
+}
+
+/// A view of the built-in scene from above with a sun, a spot light and a point light.
+fn write_three_lights(place: &Place) {
+    let view = r#"{
+        "camera": {"eye": [-11, 9, -14], "target": [0, 1, 0], "fov_y_deg": 45},
+        "lights": [
+            {"type": "directional", "direction": [-0.5, -1, 0.3]},
+            {"type": "spot", "position": [2, 7, -3], "direction": [-0.2, -1, 0.1], "inner_angle_deg": 25, "outer_angle_deg": 50, "range": 18},
+            {"type": "point", "position": [-3, 4, 2], "range": 14.5}
+        ],
+        "size": [160, 90]
+    }"#;
+    fs::write(place.0.join("three.json"), view).unwrap();
+}
+
+#[test]
+fn several_lights_are_rendered_and_measured_each_and_together() {
+    let place = Place::new("lights");
+    write_three_lights(&place);
+    place.good("render --view three.json --method raytraced --truth --frames 1 --out a");
+    let visibility = place.exr("a/visibility.exr");
+    let names: Vec<_> = visibility.channels.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["V", "V.0", "V.1", "V.2"]);
+    assert_eq!(visibility.channel("V"), visibility.channel("V.0"));
+    for light in ["V.0", "V.1", "V.2"] {
+        let lit = visibility.channel(light).unwrap().iter().filter(|v| **v == 1.0).count();
+        assert!(lit > 500 && lit < 160 * 90 - 500, "{light}: {lit}");
+    }
+    let (written, given) = (place.json("a/view.json"), place.json("three.json"));
+    for (light, pointer) in [(0, "/direction/0"), (1, "/outer_angle_deg"), (1, "/range"), (2, "/position/1")] {
+        let of = |view: &Value| number(view, &format!("/lights/{light}{pointer}"));
+        assert_eq!(of(&written), of(&given), "{light}{pointer}");
+    }
+    let stats = place.json("a/stats.json");
+    let decided = |k: usize| number(&stats, &format!("/truth/lights/{k}/decided_pixels"));
+    assert_eq!(number(&stats, "/truth/decided_pixels"), decided(0) + decided(1) + decided(2));
+    assert_eq!(number(&stats, "/truth/mismatch"), 0.0);
+
+    let text = place.good("compare --view a/view.json --methods raytraced,raytraced:turned=true --rounds 1 --out b");
+    assert!(text.contains("light  mismatch %"), "{text}");
+    let rows = &place.json("b/compare.json")["rows"];
+    assert!(number(&rows[1], "/mismatch") < 0.02, "the floor: {}", rows[1]);
+    let row = &rows[0];
+    assert_eq!(row["lights"], stats["truth"]["lights"]);
+    assert_eq!(row["edge_pixels"], stats["truth"]["edge_pixels"]);
+
+    place.good("bench --view three.json --path turn --methods raytraced --frames 2 --truth-every 1 --out c");
+    let frame = &place.json("c/bench.json")["runs"][0]["frames"][1];
+    assert_eq!(frame["errors"]["lights"].as_array().map(Vec::len), Some(3));
+    assert_eq!((number(frame, "/errors/mismatch"), number(frame, "/crawl/crawl")), (0.0, 0.0));
+    place.good("compare --view three.json --methods rmsm,rmsm:exact=true,uniform:resolution=1024 --rounds 1 --out e");
+    let rows = place.json("e/compare.json");
+    let mismatch = |i: usize| number(&rows, &format!("/rows/{i}/mismatch"));
+    assert!(mismatch(1) <= mismatch(0) && mismatch(0) < mismatch(2), "{} {} {}", mismatch(0), mismatch(1), mismatch(2));
+    place.bad("render --view three.json --method csm --out d", 1, &["'csm'", "3"]);
+}
+
+/// A ground of 10 km, a tower 250 m high that ends at z = 3050, and an eye 2 cm above the ground, 2 km from the tower in
+/// its shadow's side edge. The sun shines along x, 1 down in 10.
+#[test]
+fn truth_two_centimetres_above_ten_kilometres() {
+    let place = Place::new("huge");
+    let corner = |i: usize, y: f32| [if i & 1 == 0 { -1.0 } else { 1.0 }, y, if i & 2 == 0 { -1.0 } else { 1.0f32 }];
+    let ring = [[0, 1, 5, 0, 5, 4], [1, 3, 7, 1, 7, 5], [3, 2, 6, 3, 6, 7], [2, 0, 4, 2, 4, 6], [4, 5, 7, 4, 7, 6]];
+    let sides = ring.as_flattened().iter().map(|&i| corner(i & 3, if i & 4 == 0 { 0.0 } else { 1.0 }));
+    let positions: Vec<_> = [0, 2, 3, 0, 3, 1].iter().map(|&i| corner(i, 0.0)).chain(sides).collect();
+    let bytes: Vec<u8> = positions.as_flattened().iter().flat_map(|c| c.to_le_bytes()).collect();
+    fs::write(place.0.join("huge.bin"), &bytes).unwrap();
+    let accessor = |first: usize, count: usize| {
+        serde_json::json!({ "bufferView": 0, "byteOffset": 12 * first, "componentType": 5126, "count": count,
+            "type": "VEC3", "min": [-1, 0, -1], "max": [1, 1, 1] })
+    };
+    let gltf = serde_json::json!({
+        "asset": { "version": "2.0" },
+        "scenes": [{ "nodes": [0, 1] }],
+        "nodes": [{ "mesh": 0, "scale": [5000, 1, 5000] },
+                  { "mesh": 1, "scale": [10, 250, 50], "translation": [-1700, 0, 3000] }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 } }] },
+                   { "primitives": [{ "attributes": { "POSITION": 1 } }] }],
+        "accessors": [accessor(0, 6), accessor(6, 30)],
+        "bufferViews": [{ "buffer": 0, "byteLength": bytes.len() }],
+        "buffers": [{ "uri": "huge.bin", "byteLength": bytes.len() }],
+    });
+    fs::write(place.0.join("huge.gltf"), gltf.to_string()).unwrap();
+    let view = r#"{
+        "camera": {"eye": [300.25, 0.02, 3050.02], "target": [300.35, 0, 3050.0], "fov_y_deg": 60, "near": 0.001, "far": 20000},
+        "lights": [{"type": "directional", "direction": [10, -1, 0]},
+                   {"type": "point", "position": [300.3, 0.05, 3050], "range": 0.3}], "size": [160, 90]
+    }"#;
+    fs::write(place.0.join("v.json"), view).unwrap();
+    place.good("render huge.gltf --view v.json --method raytraced --truth --frames 1 --out a");
+    let (visibility, gbuffer) = (place.exr("a/visibility.exr"), place.exr("a/gbuffer.exr"));
+    let [sun, lamp] = ["V.0", "V.1"].map(|name| visibility.channel(name).unwrap());
+    let [x, y, z, hit] = ["P.X", "P.Y", "P.Z", "hit"].map(|name| gbuffer.channel(name).unwrap());
+    let (mut lit, mut dark) = (0, 0);
+    // single precision holds x and z to a quarter of a millimetre
+    for i in (0..hit.len()).filter(|&i| hit[i] == 1.0 && (x[i] - 300.25).hypot(z[i] - 3050.02) < 1.0) {
+        assert!(y[i].abs() < 1e-7, "pixel {i} lies {} above the ground", y[i]);
+        let from_lamp = DVec3::new(f64::from(x[i]) - 300.3, 0.05, f64::from(z[i]) - 3050.0).length();
+        if (from_lamp - 0.3).abs() > 1e-3 {
+            assert_eq!(lamp[i], f32::from(u8::from(from_lamp < 0.3)), "pixel {i}, {from_lamp} from the lamp");
+        }
+        if (z[i] - 3050.0).abs() > 5e-4 {
+            assert_eq!(sun[i], f32::from(u8::from(z[i] > 3050.0)), "pixel {i} at {}, {}", x[i], z[i]);
+            *(if sun[i] == 1.0 { &mut lit } else { &mut dark }) += 1;
+        }
+    }
+    assert!(lit > 500 && dark > 500, "{lit} lit, {dark} dark");
+    let stats = place.json("a/stats.json");
+    assert!(number(&stats, "/truth/lights/0/decided_pixels") > f64::from(lit + dark) * 0.95);
 }
 
 #[test]

@@ -15,12 +15,18 @@ mod cache;
 mod compact;
 #[path = "gpu/comparators.rs"]
 mod comparators;
+#[path = "gpu/exact.rs"]
+mod exact;
 #[path = "gpu/frame.rs"]
 mod frame;
 #[path = "gpu/gradient.rs"]
 mod gradient;
 #[path = "gpu/images.rs"]
 mod images;
+#[path = "gpu/lights.rs"]
+mod lights;
+#[path = "gpu/maps.rs"]
+mod maps;
 #[path = "gpu/request.rs"]
 mod request;
 #[path = "gpu/scenes.rs"]

@@ -8,8 +8,8 @@ use spirv::{assert_layout, check_layout, committed, files, path, read};
 use std::collections::BTreeSet;
 use std::mem::offset_of;
 use umbrage::gpu::structs::{
-    ChoosePush, Counters, Fit, Frame, ItemPush, MeshBounds, Node, Page, PreparePush, RequestPush, RetryPush, Slot,
-    Tracked, TrianglePush,
+    ChoosePush, Counters, Face, Fit, Frame, ItemPush, LightRecord, MapLight, MeshBounds, Node, Page, PreparePush,
+    RequestPush, RetryPush, Slices, Slot, Tracked, TrianglePush,
 };
 use umbrage::scene::{Cluster, Instance, Material};
 
@@ -24,19 +24,28 @@ fn engine_structs_are_those_of_the_shaders() {
     assert_layout::<Frame>(
         &all,
         "Frame",
-        fields!(Frame, clip_from_eye ray_corner ray_dx ray_dy eye light_x light_y light_z eye_page anchor_page page rule size cache drift),
+        fields!(Frame, clip_from_eye ray_corner ray_dx ray_dy eye size lights cache rule sun),
     );
-    assert_layout::<Node>(&all, "Node", fields!(Node, key own below cost ranks parent page slot marks child));
-    assert_layout::<Page>(&all, "Page", fields!(Page, key node slot dynamic_slot draws admitted origin scale turned));
+    assert_layout::<LightRecord>(
+        &all,
+        "Light",
+        fields!(LightRecord, axis_x axis_y axis_z place eye scale rule eye_page kind),
+    );
+    assert_layout::<Node>(&all, "Node", fields!(Node, own below cost ranks parent page slot marks child));
+    assert_layout::<Page>(
+        &all,
+        "Page",
+        fields!(Page, key node slot dynamic_slot draws admitted turned scale pad origin),
+    );
     assert_layout::<Counters>(
         &all,
         "Counters",
         fields!(Counters, requests unique leaves nodes failed shift threshold draw_threshold draw_order draws_asked pages hits stale
             admitted drawn drawn_dynamic deferred evicted invalidated pairs_opaque pairs_masked pairs_asked indices
-            triangles sorted changed dynamics items pad roots requested resident refused),
+            triangles sorted changed dynamics items active_faces starved requested resident refused),
     );
-    assert_layout::<Slot>(&all, "Slot", fields!(Slot, axis_x key axis_z valid seen used));
-    let tracked = fields!(Tracked, rows bounds material revision flags state since patience mesh pad);
+    assert_layout::<Slot>(&all, "Slot", fields!(Slot, axis_x revision axis_z valid key seen used));
+    let tracked = fields!(Tracked, rows center reach material revision flags state since patience mesh pad);
     assert_layout::<Tracked>(&all, "Tracked", tracked);
     assert_layout::<MeshBounds>(&all, "MeshBounds", fields!(MeshBounds, center first_cluster extent cluster_count));
 }
@@ -56,7 +65,7 @@ fn scene_structs_are_those_of_the_shaders() {
 /// A constant buffer of one frame has no arrays of it, so its size is not checked by a stride.
 #[test]
 fn the_frame_has_no_tail() {
-    assert_eq!(offset_of!(Frame, drift) + 16, size_of::<Frame>());
+    assert_eq!(offset_of!(Frame, sun) + size_of::<LightRecord>(), size_of::<Frame>());
 }
 
 #[test]
@@ -78,7 +87,16 @@ fn other_structs_have_their_known_layout() {
     let fields = fields!(Command, index_count instance_count first_index vertex_offset first_instance);
     assert_layout::<Command>(&all, "DrawCommand", fields);
     assert_eq!(check_layout(&all, "Pair", 12, &[("target", 0), ("instance", 4), ("cluster", 8)]), Ok(()));
+}
+
+#[test]
+fn map_structs_are_those_of_the_shaders() {
+    let all = committed("methods/");
     assert_layout::<Fit>(&all, "Fit", fields!(Fit, row_u row_v texel));
+    assert_layout::<Face>(&all, "Face", fields!(Face, x y z origin));
+    assert_layout::<MapLight>(&all, "MapLight", fields!(MapLight, faces eye depth rule));
+    assert_layout::<Slices>(&all, "Slices", fields!(Slices, extremes outside splits));
+    assert_eq!(offset_of!(MapLight, rule) + 16, size_of::<MapLight>());
 }
 
 #[test]
@@ -87,7 +105,7 @@ fn push_constants_are_those_of_their_shaders() {
     assert_layout::<RequestPush>(&push("request"), "Push", fields!(RequestPush, attempt shift));
     let retry = fields!(RetryPush, attempt shift groups_x groups_y argument);
     assert_layout::<RetryPush>(&push("request_retry"), "Push", retry);
-    assert_layout::<PreparePush>(&push("sort_prepare"), "Push", fields!(PreparePush, capacity pages argument));
+    assert_layout::<PreparePush>(&push("sort_prepare"), "Push", fields!(PreparePush, capacity argument));
     for shader in ["allocate_choose", "allocate_defer"] {
         assert_layout::<ChoosePush>(&push(shader), "Push", fields!(ChoosePush, draw_budget step));
     }
@@ -99,6 +117,7 @@ fn push_constants_are_those_of_their_shaders() {
 #[test]
 fn no_struct_is_forgotten() {
     let compared = [
+        "Light",
         "Node",
         "Page",
         "Slot",
@@ -110,6 +129,8 @@ fn no_struct_is_forgotten() {
         "Material",
         "Pair",
         "DrawCommand",
+        "Fit",
+        "Face",
     ];
     let structs = committed("").into_iter().flat_map(|s| read(&s.words).structs).filter(|s| s.stride.is_some());
     let names: BTreeSet<_> = structs.map(|s| s.name).collect();
@@ -133,7 +154,7 @@ fn no_stage_is_an_orphan() {
     for stem in &shaders {
         assert!(path(&format!("src/engine/{stem}.rs")).is_file(), "src/engine/{stem}.rs is missing");
     }
-    let helpers = ["buffers", "constants", "frame", "mod", "steer"];
+    let helpers = ["buffers", "constants", "frame", "lights", "mod", "steer", "view"];
     for file in files("src/engine") {
         let name = file.rsplit('/').next().unwrap().trim_end_matches(".rs");
         assert!(helpers.contains(&name) || shaders.contains(name), "{file} has no shader");

@@ -178,6 +178,8 @@ fn view() -> (GBuffer, Camera, Light) {
     let gbuffer = GBuffer {
         width: width as u32,
         height: height as u32,
+        eye: DVec3::ZERO,
+        pixel: 0.1,
         position: (0..width * height).map(|i| [i as f32, 0.0, 0.0]).collect(),
         normal: hit.iter().map(|h| if *h { [0.0, 1.0, 0.0] } else { [0.0; 3] }).collect(),
         albedo: vec![0xff80_8080; width * height],
@@ -200,12 +202,73 @@ fn shade_is_brighter_in_the_light() {
     let mut visibility = vec![1.0; 16 * 12];
     visibility[100] = 0.0;
     visibility[101] = 0.5;
-    let picture = shade(&gbuffer, &camera, DVec3::ZERO, &light, &visibility).unwrap();
+    let picture = shade(&gbuffer, &camera, DVec3::ZERO, &[(&light, &visibility)]).unwrap();
     let green = |i: u32| picture.get(i % 16, i / 16).unwrap()[1];
     assert!(green(100) > 20 && green(100) < green(101) && green(101) < green(102) && green(102) < 255);
     let sky = picture.get(3, 0).unwrap();
     assert!(sky[2] > sky[0], "the sky is blue: {sky:?}");
-    assert!(shade(&gbuffer, &camera, DVec3::ZERO, &light, &[1.0]).is_err());
+    assert!(shade(&gbuffer, &camera, DVec3::ZERO, &[(&light, &[1.0])]).is_err());
+}
+
+#[test]
+fn shade_adds_all_lights_within_cone_and_range() {
+    // the floor's pixel i lies at x = i; the lights stand 10 above it
+    let (gbuffer, camera, sun) = view();
+    let all = vec![1.0; 16 * 12];
+    let place = |x: f64| DVec3::new(x, 10.0, 0.0);
+    let point = Light::Point { position: place(60.0), range: 20.0 };
+    let spot = Light::Spot {
+        position: place(120.0),
+        direction: DVec3::NEG_Y,
+        inner_angle_deg: 20.0,
+        outer_angle_deg: 40.0,
+        range: 40.0,
+    };
+    let green = |lights: &[(&Light, &[f32])], i: u32| {
+        shade(&gbuffer, &camera, DVec3::ZERO, lights).unwrap().get(i % 16, i / 16).unwrap()[1]
+    };
+    let both: [(&Light, &[f32]); 2] = [(&point, &all), (&spot, &all)];
+    let night = green(&both, 180);
+    assert!(green(&both, 60) > green(&both, 70) && green(&both, 70) > night, "the point fades");
+    assert_eq!(green(&both, 78), night, "10 and 18 are beyond the range 20");
+    assert!(green(&both, 120) >= green(&both, 123) && green(&both, 123) > green(&both, 127), "the cone fades");
+    assert_eq!(green(&both, 129), night, "10 and 9 are out of 40 degrees");
+    assert_eq!(green(&[(&point, &all)], 120), night);
+    assert!(green(&[(&sun, &all)], 180) > green(&[(&sun, &vec![0.0; 16 * 12])], 180));
+    assert!(green(&[(&sun, &all), (&point, &all)], 60) > green(&[(&sun, &all)], 60));
+    let touching = Light::Point { position: DVec3::new(60.0, 1e-9, 0.0), range: 20.0 };
+    assert!(green(&[(&touching, &all)], 60) > 250);
+}
+
+#[test]
+fn difference_shows_the_worst_of_all_lights() {
+    let (gbuffer, _, light) = view();
+    let hit = gbuffer.hit.clone();
+    let reference = |lit: bool| Reference {
+        width: 16,
+        height: 12,
+        visibility: hit.iter().map(|h| u8::from(*h && lit)).collect(),
+        decided: hit.clone(),
+        facing: hit.clone(),
+        hit: hit.clone(),
+    };
+    let (lit, dark) = (reference(true), reference(false));
+    let with = |value: f32, at: usize, other: f32| {
+        let mut image = vec![value; 16 * 12];
+        image[at] = other;
+        image
+    };
+    // acne of one light, a lost shadow of the other, and a pixel where both are wrong
+    let (mut acne, mut lost) = (with(1.0, 100, 0.0), vec![0.0; 16 * 12]);
+    acne[104] = 0.0;
+    for i in [86, 87, 88, 89, 90, 102, 103, 104, 105, 106, 118, 119, 120, 121, 122] {
+        lost[i] = 1.0;
+    }
+    let picture = difference(&gbuffer, DVec3::ZERO, &[(&light, &acne, &lit), (&light, &lost, &dark)]).unwrap();
+    let at = |i: u32| picture.get(i % 16, i / 16).unwrap();
+    let [_, red, _, magenta, _] = DIFFERENCE_LEGEND.map(|(_, color)| color);
+    assert_eq!((at(100), at(104)), (red, magenta));
+    assert!(difference(&gbuffer, DVec3::ZERO, &[]).is_err());
 }
 
 #[test]
@@ -216,15 +279,15 @@ fn difference_shows_single_pixels() {
     let reference =
         Reference { width: 16, height: 12, visibility: lit, decided: hit.clone(), facing: hit.clone(), hit };
     let mut result = vec![1.0; 16 * 12];
-    let clean = difference(&result, &reference, &gbuffer, &light, DVec3::ZERO).unwrap();
+    let clean = difference(&gbuffer, DVec3::ZERO, &[(&light, &result, &reference)]).unwrap();
     result[6 * 16 + 6] = 0.0;
-    let dirty = difference(&result, &reference, &gbuffer, &light, DVec3::ZERO).unwrap();
+    let dirty = difference(&gbuffer, DVec3::ZERO, &[(&light, &result, &reference)]).unwrap();
     let acne = DIFFERENCE_LEGEND[1].1;
     let count = |p: &Picture| (0..16 * 12).filter(|i| p.get(i % 16, i / 16) == Some(acne)).count();
     assert_eq!((count(&clean), count(&dirty)), (0, 9));
     assert_eq!(dirty.get(6, 6), Some(acne));
     assert!(dirty.height > 12, "the legend stands below");
-    assert!(difference(&[1.0], &reference, &gbuffer, &light, DVec3::ZERO).is_err());
+    assert!(difference(&gbuffer, DVec3::ZERO, &[(&light, &[1.0], &reference)]).is_err());
 }
 
 #[test]

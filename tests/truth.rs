@@ -5,7 +5,8 @@ use glam::{DVec3, Vec3};
 use umbrage::Light;
 use umbrage::scene::{Attributes, Instance, Material, Mesh, NO_TEXTURE, Scene};
 use umbrage::truth::{
-    GBuffer, PixelClass, Reference, Tracer, alpha_at, classify, compare, reference, reference_soft, rmse,
+    GBuffer, Metrics, PixelClass, Reference, Tracer, alpha_at, classify, compare, ray_offsets, reference,
+    reference_soft, rmse, trace_visibility,
 };
 
 const IDENTITY: [[f32; 4]; 3] = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
@@ -233,6 +234,15 @@ fn tracer_equals_brute_force() {
                         got, want,
                         "seed {seed} wrap {wrap} tracer {k} from {origin} along {direction} to {t_max}"
                     );
+                    let first = tracer.first_hit(origin, direction, t_max);
+                    assert_eq!(first.is_some(), want, "seed {seed} wrap {wrap} tracer {k}");
+                    for (share, blocked) in [(1.0 - 1e-6, false), (1.0 + 1e-6, true)] {
+                        let to = |t| tracer.occluded(origin, direction, t * share);
+                        assert!(
+                            first.is_none_or(|t| to(t) == blocked),
+                            "seed {seed} wrap {wrap} tracer {k}: {first:?}"
+                        );
+                    }
                 }
             }
             total = (total.0 + hits, total.1 + misses);
@@ -330,12 +340,18 @@ fn cutoff_keeps_alpha_equal_to_it() {
     }
 }
 
-/// One pixel an entry: position, normal; `None` for the sky.
-fn gbuffer(pixels: &[Option<(Vec3, Vec3)>]) -> GBuffer {
+/// Position and normal; `None` for the sky.
+type Surface = Option<(Vec3, Vec3)>;
+
+/// One pixel an entry, seen from afar: all footprints are large.
+fn gbuffer(pixels: &[Surface]) -> GBuffer {
+    let eye = Vec3::new(0.0, 64.0, 0.0);
     GBuffer {
+        eye: eye.as_dvec3(),
+        pixel: 1.0,
         width: pixels.len() as u32,
         height: 1,
-        position: pixels.iter().map(|p| p.map_or([0.0; 3], |p| p.0.to_array())).collect(),
+        position: pixels.iter().map(|p| p.map_or([0.0; 3], |p| (p.0 - eye).to_array())).collect(),
         normal: pixels.iter().map(|p| p.map_or([0.0; 3], |p| p.1.to_array())).collect(),
         albedo: vec![u32::MAX; pixels.len()],
         hit: pixels.iter().map(Option::is_some).collect(),
@@ -379,17 +395,188 @@ fn decided_pixels() {
     assert_eq!((image[0], image[1], image[8], image[9]), (1.0, 0.0, 0.0, 0.0));
 }
 
+/// Asserts visibility, decided and facing of each pixel, and that one ray a pixel gives the same visibility.
+#[track_caller]
+fn expect(scene: &Scene, light: &Light, pixels: &[(&str, Surface, u8, bool, bool)]) {
+    let gbuffer = gbuffer(&pixels.iter().map(|p| p.1).collect::<Vec<_>>());
+    let got = trace(scene, &gbuffer, light).unwrap();
+    for (i, (name, _, visibility, decided, facing)) in pixels.iter().enumerate() {
+        assert_eq!((got.visibility[i], got.decided[i], got.facing[i]), (*visibility, *decided, *facing), "{name}");
+    }
+    let traced = trace_visibility(&Tracer::new(scene), scene, &gbuffer, light).unwrap();
+    assert_eq!(traced, got.visibility_image());
+}
+
+fn floor(x: f32) -> Surface {
+    Some((Vec3::new(x, 0.0, 0.0), Vec3::Y))
+}
+
+#[test]
+fn a_point_light_over_a_blocker() {
+    // the scene's diagonal is 100; the light stands 4 above the scene's origin, which is not the world's
+    let origin = DVec3::new(30.0, -7.0, 11.0);
+    let mut scene = Scene { origin, bounds_min: DVec3::ZERO, bounds_max: DVec3::new(0.0, 100.0, 0.0), ..empty_scene() };
+    add_quad(&mut scene, 2.0, [-1.0, -1.0], [1.0, 1.0]);
+    let light = Light::Point { position: origin + DVec3::new(0.0, 4.0, 0.0), range: 5.0 };
+    // the shadow of the quad's edge at x = 1, y = 2 falls on x = 2, that of y = 0.01 on x = 1.995
+    expect(
+        &scene,
+        &light,
+        &[
+            ("below the blocker", floor(0.0), 0, true, true),
+            ("just in the shadow", floor(1.98), 0, true, true),
+            ("within the shadow's edge for some origins", floor(1.998), 0, false, true),
+            ("just out of the shadow", floor(2.001), 1, true, true),
+            ("within the range 5 of a light at 4", floor(2.99), 1, true, true),
+            ("on the blocker's upper side", Some((Vec3::new(0.0, 2.0, 0.0), Vec3::Y)), 1, true, true),
+            ("beyond the range", floor(3.01), 0, false, false),
+            ("in range only from the upper origins", floor(3.001), 0, false, false),
+            ("in range, but away from the light", Some((Vec3::new(2.5, 0.0, 0.0), Vec3::NEG_Y)), 0, false, false),
+            ("at the light itself", Some((Vec3::new(0.0, 4.0, 0.0), Vec3::Y)), 0, false, false),
+            ("sky", None, 0, false, false),
+        ],
+    );
+}
+
+#[test]
+fn what_stands_behind_a_light_casts_nothing() {
+    let mut scene = Scene { bounds_max: DVec3::ONE, bounds_min: DVec3::ZERO, ..empty_scene() };
+    add_quad(&mut scene, 4.001, [-9.0, -9.0], [9.0, 9.0]);
+    let position = DVec3::new(0.0, 4.0, 0.0);
+    let spot =
+        Light::Spot { position, direction: DVec3::NEG_Y, inner_angle_deg: 0.0, outer_angle_deg: 90.0, range: 20.0 };
+    for light in [Light::Point { position, range: 20.0 }, spot] {
+        expect(&scene, &light, &[("below", floor(0.0), 1, true, true), ("aside", floor(8.0), 1, true, true)]);
+    }
+    expect(&scene, &Light::directional(DVec3::NEG_Y), &[("from the sky", floor(0.0), 0, true, true)]);
+}
+
+#[test]
+fn the_edge_of_a_cone() {
+    // 45 degrees from 4 above: the cone meets the floor at x = 4, and at x = 3.99 for an origin 0.01 above it
+    let scene = Scene { bounds_min: DVec3::ZERO, bounds_max: DVec3::new(0.0, 100.0, 0.0), ..empty_scene() };
+    let light = Light::Spot {
+        position: DVec3::new(0.0, 4.0, 0.0),
+        direction: DVec3::new(0.0, -3.0, 0.0),
+        inner_angle_deg: 10.0,
+        outer_angle_deg: 45.0,
+        range: 50.0,
+    };
+    expect(
+        &scene,
+        &light,
+        &[
+            ("on the axis", floor(0.0), 1, true, true),
+            ("in the cone from all origins", floor(3.98), 1, true, true),
+            ("in the cone from the lower origins", floor(3.995), 1, false, true),
+            ("out of the cone", floor(4.001), 0, false, false),
+            ("behind the light", Some((Vec3::new(0.0, 5.0, 0.0), Vec3::NEG_Y)), 0, false, false),
+        ],
+    );
+}
+
+/// A 10 km ground, a tower 2 km from an eye 2 cm above it, and a box of 1 cm beside the eye and 3 km from the scene's
+/// origin, all stored in f32. The sun shines along x, 1 down in 10; the side edge of the tower's shadow and both of the
+/// box's are known exactly.
+#[test]
+fn a_centimetre_in_ten_kilometres() {
+    let at = |size: [f32; 3], to: [f32; 3]| {
+        [0, 1, 2].map(|r| {
+            [0, 1, 2, 3].map(|c| {
+                if c == 3 {
+                    to[r]
+                } else if c == r {
+                    size[r]
+                } else {
+                    0.0
+                }
+            })
+        })
+    };
+    let mut scene = Scene { origin: DVec3::new(4e5, 70.0, -2e5), ..empty_scene() };
+    (scene.bounds_min, scene.bounds_max) = (DVec3::new(-5e3, 0.0, -5e3), DVec3::new(5e3, 250.0, 5e3));
+    add_quad(&mut scene, 0.0, [-5e3, -5e3], [5e3, 5e3]);
+    let box_center = [300.3, 0.0051, 3050.05f32];
+    let cube = unit_cube();
+    add_mesh(&mut scene, &cube, material(), &[at([10.0, 125.0, 50.0], [-1700.0, 125.0, 3000.0])]);
+    add_mesh(&mut scene, &cube, material(), &[at([0.005; 3], box_center), at([0.005; 3], [-300.3, 0.0051, -3050.05])]);
+    let [box_x, _, box_z] = box_center.map(f64::from);
+    let (box_low, box_high) = (box_z - f64::from(0.005f32), box_z + f64::from(0.005f32));
+
+    let eye = DVec3::new(300.35, 0.02, 3050.02);
+    let pixel = 1e-3;
+    // x, the edge in z, what lies above it, what below; footprints are 30 to 60 micrometres
+    let edges = [(300.36, 3050.0, 1, 0), (box_x + 0.03, box_low, 0, 1), (box_x + 0.08, box_high, 1, 0)];
+    let mut want = Vec::new();
+    let mut position = Vec::new();
+    for (x, z, above, below) in edges {
+        let footprint = pixel * (DVec3::new(x, 0.0, z) - eye).length();
+        for (step, visible) in [(0.1, above), (-0.1, below), (3.0, above), (-3.0, below)] {
+            position.push((DVec3::new(x, 0.0, z + step * footprint) - eye).as_vec3().to_array());
+            want.push(visible);
+        }
+    }
+    let count = want.len();
+    let gbuffer = GBuffer {
+        width: count as u32,
+        height: 1,
+        eye,
+        pixel,
+        position,
+        normal: vec![[0.0, 1.0, 0.0]; count],
+        albedo: vec![0; count],
+        hit: vec![true; count],
+    };
+    for i in 0..count {
+        let [own, least, _, most] = ray_offsets(&scene, &gbuffer, i).map(|offset| offset / gbuffer.footprint(i));
+        assert!((own - 0.01).abs() < 1e-9 && (least - 0.001).abs() < 1e-9 && (most - 0.1).abs() < 1e-9);
+    }
+    let light = Light::directional(DVec3::new(10.0, -1.0, 0.0));
+    for tracer in [Tracer::new(&scene), Tracer::with_flat_limit(&scene, 0)] {
+        let got = reference(&tracer, &scene, &gbuffer, &light, &|_| {}).unwrap();
+        assert_eq!(got.visibility, want);
+        assert_eq!(got.decided, vec![true; count]);
+        assert_eq!(trace_visibility(&tracer, &scene, &gbuffer, &light).unwrap(), got.visibility_image());
+    }
+}
+
+/// The cube from -1 to 1.
+fn unit_cube() -> Vec<(Vec3, [f32; 2], u8)> {
+    let mut corners = Vec::new();
+    for (axis, side) in [(0, -1.0), (0, 1.0), (1, -1.0), (1, 1.0), (2, -1.0), (2, 1.0f32)] {
+        let p = |u: f32, v: f32| {
+            let mut p = Vec3::splat(side);
+            (p[(axis + 1) % 3], p[(axis + 2) % 3]) = (u, v);
+            (p, [0.0; 2], 255)
+        };
+        let quad = [p(-1.0, -1.0), p(1.0, -1.0), p(1.0, 1.0), p(-1.0, 1.0)];
+        corners.extend([quad[0], quad[1], quad[2], quad[0], quad[2], quad[3]]);
+    }
+    corners
+}
+
 #[test]
 fn reference_rejects_what_it_cannot_use() {
     let scene = empty_scene();
     let good = gbuffer(&[Some((Vec3::ZERO, Vec3::Y))]);
     let down = Light::directional(DVec3::NEG_Y);
+    let spot = |direction, outer_angle_deg| Light::Spot {
+        position: DVec3::ZERO,
+        direction,
+        inner_angle_deg: 0.0,
+        outer_angle_deg,
+        range: 1.0,
+    };
     assert!(trace(&scene, &good, &down).is_ok());
     for (light, word) in [
         (Light::directional(DVec3::ZERO), "direction"),
         (Light::directional(DVec3::NAN), "direction"),
         (Light::Directional { direction: DVec3::X, angular_diameter_deg: 0.5 }, "extent"),
         (Light::Area { polygon: vec![DVec3::X; 3] }, "extent"),
+        (Light::Point { position: DVec3::NAN, range: 1.0 }, "position"),
+        (Light::Point { position: DVec3::X, range: f64::NAN }, "range is NaN, above 0"),
+        (spot(DVec3::ZERO, 45.0), "direction"),
+        (spot(DVec3::X, 91.0), "outer angle is 91 degrees"),
     ] {
         let error = trace(&scene, &good, &light).unwrap_err().to_string();
         assert!(error.contains(word), "{error}");
@@ -397,6 +584,8 @@ fn reference_rejects_what_it_cannot_use() {
     let short = GBuffer { normal: Vec::new(), ..good.clone() };
     assert!(trace(&scene, &short, &down).unwrap_err().to_string().contains("normal"));
     assert!(trace(&scene, &GBuffer::default(), &down).is_err(), "no pixel");
+    let flat = GBuffer { pixel: 0.0, ..good.clone() };
+    assert!(trace(&scene, &flat, &down).unwrap_err().to_string().contains("pixel 0"));
 }
 
 #[test]
@@ -531,6 +720,16 @@ fn edge_error_without_edges() {
     assert_eq!(compare(&[0.0; 9], &lit).unwrap().edge_error, f64::INFINITY);
     let m = compare(&picture(&["##.."; 2]).visibility_image(), &picture(&["#..."; 2])).unwrap();
     assert_eq!((m.edge_error, m.mismatch), (50.0, 25.0));
+}
+
+#[test]
+fn images_of_several_lights_are_one_of_many_pixels() {
+    let of = |result: &[&str], truth: &[&str]| compare(&picture(result).visibility_image(), &picture(truth)).unwrap();
+    let images = [of(&["##.."], &["#..."]), of(&["...."; 2], &["...."; 2]), of(&["...#"], &["...."])];
+    let m: Metrics = images.into_iter().sum();
+    assert_eq!((m.decided_pixels, m.edge_pixels, m.differing, m.acne_pixels), (16, 2, 2, 1));
+    assert_eq!((m.mismatch, m.edge_error, m.off_edge, m.acne, m.lost), (12.5, 100.0, 6.25, 6.25, 0.0));
+    assert_eq!(std::iter::empty().sum::<Metrics>(), Metrics::default());
 }
 
 #[test]

@@ -64,6 +64,23 @@ fn given_fields_are_kept() {
 }
 
 #[test]
+fn spot_and_point_lights_are_read_and_written() {
+    let mut view = minimal();
+    view["lights"] = json!([
+        { "type": "spot", "position": [1, 2, 3], "direction": [0, -2, 0], "outer_angle_deg": 90, "range": 0.5 },
+        { "type": "spot", "position": [0, 0, 0], "direction": [1, 0, 0], "inner_angle_deg": 20, "outer_angle_deg": 20, "range": 7 },
+        { "type": "point", "position": [-1e6, 0, 0.1], "range": 1e6 }
+    ]);
+    let read = complete(&view.to_string());
+    let position = DVec3::new(1.0, 2.0, 3.0);
+    let direction = DVec3::new(0.0, -2.0, 0.0);
+    let spot = Light::Spot { position, direction, inner_angle_deg: 0.0, outer_angle_deg: 90.0, range: 0.5 };
+    assert_eq!(read.lights[0], spot);
+    assert_eq!(read.lights[2], Light::Point { position: DVec3::new(-1e6, 0.0, 0.1), range: 1e6 });
+    assert_eq!(complete(&read.to_json().unwrap()), read);
+}
+
+#[test]
 fn the_callers_size_wins() {
     let file = ViewFile::parse("v.json", &with("/size", json!([100, 50]))).unwrap();
     assert_eq!(file.complete(&room(), None).unwrap().size, [100, 50]);
@@ -94,6 +111,10 @@ fn output_is_complete_and_reads_back_the_same() {
 
 #[test]
 fn bad_values_name_file_field_value_and_what_is_allowed() {
+    let spot = |direction: [i32; 3], outer: f64, inner: f64, range: f64| {
+        json!({ "type": "spot", "position": [0, 0, 0], "direction": direction,
+                "outer_angle_deg": outer, "inner_angle_deg": inner, "range": range })
+    };
     let cases = [
         ("/lights/0/direction", json!([0, 0, 0]), "lights[0].direction is [0.0, 0.0, 0.0]"),
         ("/lights/0/direction", json!([1e-320, 0, 0]), "lights[0].direction is"),
@@ -102,6 +123,14 @@ fn bad_values_name_file_field_value_and_what_is_allowed() {
         ("/lights/0/angular_diameter_deg", json!(180), "lights[0].angular_diameter_deg is 180"),
         ("/lights/0", json!({ "type": "area", "polygon": [[0, 0, 0], [1, 0, 0]] }), "lights[0].polygon is 2 corners"),
         ("/lights", json!([]), "lights is empty"),
+        ("/lights/0", spot([0, 0, 0], 45.0, 0.0, 1.0), "lights[0].direction is [0.0, 0.0, 0.0]"),
+        ("/lights/0", spot([0, -1, 0], 90.5, 0.0, 1.0), "lights[0].outer_angle_deg is 90.5"),
+        ("/lights/0", spot([0, -1, 0], 0.0, 0.0, 1.0), "lights[0].outer_angle_deg is 0"),
+        ("/lights/0", spot([0, -1, 0], 45.0, 45.5, 1.0), "lights[0].inner_angle_deg is 45.5"),
+        ("/lights/0", spot([0, -1, 0], 45.0, -1.0, 1.0), "lights[0].inner_angle_deg is -1"),
+        ("/lights/0", spot([0, -1, 0], 45.0, 0.0, 0.0), "lights[0].range is 0"),
+        ("/lights/0", json!({ "type": "point", "position": [0, 1e13, 0], "range": 1 }), "lights[0].position is"),
+        ("/lights/0", json!({ "type": "point", "position": [0, 0, 0], "range": -2 }), "lights[0].range is -2"),
         ("/camera/target", json!([0, 1, 5]), "camera.target is [0.0, 1.0, 5.0]"),
         ("/camera/eye", json!([1e300, 0, 0]), "camera.eye is [1e300, 0.0, 0.0]"),
         ("/camera/up", json!([0, 0, 3]), "camera.up is [0.0, 0.0, 3.0]"),
@@ -138,7 +167,8 @@ fn what_is_no_view_is_placed_by_line_and_column() {
         (String::new(), "EOF"),
         ("{".to_owned(), "EOF"),
         ("{}".to_owned(), "missing field `camera`"),
-        (with("/lights/0/type", json!("spot")), "unknown variant `spot`"),
+        (with("/lights/0/type", json!("torch")), "unknown variant `torch`"),
+        (with("/lights/0/type", json!("spot")), "missing field `position`"),
         (with("/lights/0/colour", json!(1)), "unknown field `colour`"),
         (with("/camera/roll", json!(1)), "unknown field `roll`"),
         (with("/sky", json!(1)), "unknown field `sky`"),

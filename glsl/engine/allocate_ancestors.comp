@@ -3,9 +3,10 @@
 #include "shared/frame.glsl"
 #include "shared/structs.glsl"
 #include "shared/key.glsl"
+#include "shared/light.glsl"
 
-// Grows the quadtree above the requested pages: every ancestor up to the root level gets a node, its pixel weight and
-// the links to its children. The four roots always exist.
+// Grows the quadtrees above the requested pages: every ancestor up to the root level gets a node, its pixel weight and
+// the links to its children. The roots of directional lights always exist; a face that nobody asks for has none.
 layout(local_size_x = 256) in;
 layout(constant_id = 0) const uint TABLE_SIZE = 1024u;
 layout(constant_id = 1) const uint NODE_CAPACITY = 1024u;
@@ -14,16 +15,18 @@ layout(std430, binding = 0) buffer CountersBlock { Counters counters; };
 layout(std430, binding = 1) buffer TableKeys { uint table_keys[]; };
 layout(std430, binding = 2) buffer Nodes { Node nodes[]; };
 layout(std430, binding = 3) buffer NodeList { uint node_list[]; };
+layout(std140, binding = 4) uniform FrameBlock { Frame frame; };
+layout(std430, binding = 5) readonly buffer Lights { Light lights[]; };
+layout(std430, binding = 6) writeonly buffer Roots { uint roots[]; };  // of each face: table slot + 1
 
 #include "shared/table.glsl"
 #include "shared/table_insert.glsl"
 
-uint node_insert(uint key, out bool fresh) {
+uint node_insert(uvec2 key, out bool fresh) {
     uint slot = table_insert(key, fresh);
     if (slot == NONE) {
         atomicAdd(counters.failed, 1u);
     } else if (fresh) {
-        nodes[slot].key = key;
         uint index = counters.leaves + atomicAdd(counters.nodes, 1u);
         if (index < NODE_CAPACITY) {
             node_list[index] = slot;
@@ -35,20 +38,22 @@ uint node_insert(uint key, out bool fresh) {
 }
 
 void main() {
+    uint id = gl_GlobalInvocationID.x;
     uint stride = gl_NumWorkGroups.x * gl_WorkGroupSize.x;
     bool fresh;
-    if (gl_GlobalInvocationID.x < 4u) {
-        uint root = gl_GlobalInvocationID.x;
-        counters.roots[root] = node_insert(key_of(ROOT_LEVEL, uvec2(root & 1u, root >> 1)), fresh) + 1u;
+    for (uint i = id; i < frame.lights.x; i += stride) {
+        if (lights[i].kind.x == LIGHT_DIRECTIONAL) {
+            roots[i * FACES] = node_insert(key_of(ROOT_LEVEL, i * FACES, uvec2(0u)), fresh) + 1u;
+        }
     }
-    for (uint i = gl_GlobalInvocationID.x; i < counters.leaves; i += stride) {
+    for (uint i = id; i < counters.leaves; i += stride) {
         uint child = node_list[i];
-        uint key = nodes[child].key;
+        uvec2 key = table_key(child);
         uint count = nodes[child].own;
         bool link = true;
         int distance = 1;
         while (key_level(key) < ROOT_LEVEL) {
-            uint quadrant = key & 3u;
+            uint quadrant = key_quadrant(key);
             key = key_ancestor(key, 1);
             uint slot = node_insert(key, fresh);
             if (slot == NONE) {
@@ -63,6 +68,9 @@ void main() {
             link = fresh;
             child = slot;
             distance++;
+        }
+        if (link && key_level(key) == ROOT_LEVEL) {
+            roots[key_face(key)] = child + 1u;
         }
     }
 }

@@ -5,13 +5,12 @@
 #include "shared/key.glsl"
 #include "shared/refine.glsl"
 
-// Finds the least rank whose nodes, with all of higher rank, can be refined: within the layers of the atlas, then within
+// Finds the least rank whose nodes, with all of higher rank, can be served: within the layers of the atlas, then within
 // the layers that may be drawn; and how many nodes of the next rank, in their order, can still be. One workgroup.
 layout(local_size_x = 256) in;
 layout(constant_id = 0) const int SLOTS = 1024;
 layout(std430, binding = 0) buffer CountersBlock { Counters counters; };
 layout(std430, binding = 1) readonly buffer Histogram { int histogram[]; };
-layout(std430, binding = 2) readonly buffer Nodes { Node nodes[]; };
 layout(push_constant) uniform Push {
     int draw_budget;
     uint step;  // 0: the atlas, 1: drawing by rank, 2: drawing by order
@@ -37,17 +36,17 @@ int scan(int value) {
 // The least rank above 0 whose sum with all higher ranks is within the budget.
 uint least_rank(uint first, int budget) {
     uint local = gl_LocalInvocationIndex;
-    const uint share = RANKS / 256u;
+    const uint share = ALL_RANKS / 256u;
     int own = 0;
     for (uint i = 0u; i < share; i++) {
-        own += histogram[first + RANKS - 1u - (local * share + i)];
+        own += histogram[first + ALL_RANKS - 1u - (local * share + i)];
     }
     if (local == 0u) {
-        best = RANKS;
+        best = ALL_RANKS;
     }
     int sum = scan(own) - own;
     for (uint i = 0u; i < share; i++) {
-        uint rank = RANKS - 1u - (local * share + i);
+        uint rank = ALL_RANKS - 1u - (local * share + i);
         sum += histogram[first + rank];
         if (sum <= budget && rank > 0u) {
             atomicMin(best, rank);
@@ -89,34 +88,25 @@ int sum_of(uint first, uint from, uint to) {
 
 void main() {
     bool writes = gl_LocalInvocationIndex == 0u;
-    int layers = 0;
-    int draws = 0;
-    for (uint r = 0u; r < 4u; r++) {
-        if (counters.roots[r] != 0u) {
-            Node root = nodes[counters.roots[r] - 1u];
-            layers += page_layers(root.marks);
-            draws += page_draws(root.slot, root.marks);
-        }
-    }
     if (step == 0u) {
-        uint rank = least_rank(0u, SLOTS - layers);
+        uint rank = least_rank(0u, SLOTS);
         if (writes) {
             counters.threshold = rank;
-            counters.draws_asked = uint(max(draws + sum_of(RANKS, rank, RANKS), 0));
+            counters.draws_asked = uint(max(sum_of(ALL_RANKS, rank, ALL_RANKS), 0));
         }
     } else if (int(counters.draws_asked) > draw_budget) {
         if (step == 1u) {
-            uint rank = least_rank(2u * RANKS, draw_budget - draws);
+            uint rank = least_rank(2u * ALL_RANKS, draw_budget);
             if (writes) {
                 counters.draw_threshold = rank;
-                counters.deferred = uint(int(counters.draws_asked) - draws - sum_of(2u * RANKS, rank, RANKS));
+                counters.deferred = uint(int(counters.draws_asked) - sum_of(2u * ALL_RANKS, rank, ALL_RANKS));
             }
         } else {
             int drawn = int(counters.draws_asked) - int(counters.deferred);
-            uint order = last_order(3u * RANKS, draw_budget - drawn);
+            uint order = last_order(3u * ALL_RANKS, draw_budget - drawn);
             if (writes) {
                 counters.draw_order = order;
-                counters.deferred -= uint(sum_of(3u * RANKS, 0u, order));
+                counters.deferred -= uint(sum_of(3u * ALL_RANKS, 0u, order));
             }
         }
     }

@@ -3,6 +3,7 @@
 #include "shared/frame.glsl"
 #include "shared/structs.glsl"
 #include "shared/key.glsl"
+#include "shared/morton.glsl"
 
 // Sort route: the distinct keys enter the page table, coarsened until they fit.
 layout(local_size_x = 256) in;
@@ -10,9 +11,9 @@ layout(constant_id = 0) const uint TABLE_SIZE = 1024u;
 layout(constant_id = 1) const uint CAPACITY = 1024u;
 layout(constant_id = 2) const int SHIFT_1 = 2;
 layout(constant_id = 3) const int SHIFT_2 = 5;
-layout(constant_id = 4) const int SHIFT_3 = 13;
+layout(constant_id = 4) const int SHIFT_3 = 23;
 layout(std430, binding = 0) buffer CountersBlock { Counters counters; };
-layout(std430, binding = 1) readonly buffer Unique { uint unique_keys[]; };
+layout(std430, binding = 1) readonly buffer Unique { uvec2 unique_keys[]; };
 layout(std430, binding = 2) readonly buffer UniqueCounts { uint unique_counts[]; };
 layout(std430, binding = 3) buffer TableKeys { uint table_keys[]; };
 layout(std430, binding = 4) buffer Nodes { Node nodes[]; };
@@ -28,7 +29,7 @@ void main() {
         atomicAdd(counters.shift, uint(shift));
     }
     for (uint i = id; i < counters.unique[0]; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
-        uint key = key_ancestor(unique_keys[i], shift);
+        uvec2 key = key_ancestor(key_from_morton(unique_keys[i]), shift);
         bool fresh;
         uint slot = table_insert(key, fresh);
         if (slot == NONE) {
@@ -37,7 +38,6 @@ void main() {
         }
         if (fresh) {
             node_list[atomicAdd(counters.leaves, 1u)] = slot;
-            nodes[slot].key = key;
         }
         atomicAdd(nodes[slot].own, unique_counts[i]);
     }

@@ -8,10 +8,14 @@
 // What refining a node gains for the layers of the atlas it costs, and how many layers it makes draw.
 layout(local_size_x = 256) in;
 layout(constant_id = 0) const uint NODE_CAPACITY = 1024u;
-layout(constant_id = 1) const uint PRESSURE = 0u;  // which nodes give way: 2: those of the finest levels
+layout(constant_id = 1) const uint TABLE_SIZE = 1024u;
+layout(constant_id = 2) const uint PRESSURE = 0u;  // which nodes give way: 2: those of the finest levels
 layout(std430, binding = 0) readonly buffer CountersBlock { Counters counters; };
 layout(std430, binding = 1) buffer Nodes { Node nodes[]; };
 layout(std430, binding = 2) readonly buffer NodeList { uint node_list[]; };
+layout(std430, binding = 3) readonly buffer TableKeys { uint table_keys[]; };
+
+#include "shared/table.glsl"
 
 void main() {
     uint end = min(counters.leaves + counters.nodes, NODE_CAPACITY);
@@ -32,7 +36,7 @@ void main() {
             continue;
         }
         // its own page goes when no pixel needs that any more; roots always stay
-        int level = key_level(node.key);
+        int level = key_level(table_key(slot));
         if (node.own == 0u && level < ROOT_LEVEL) {
             layers -= page_layers(node.marks);
             draws -= page_draws(node.slot, node.marks);

@@ -3,6 +3,7 @@
 #include "shared/frame.glsl"
 #include "shared/structs.glsl"
 #include "shared/key.glsl"
+#include "shared/light.glsl"
 
 // Gives the admitted pages their layers: their own where they have one, else the least recently used. Layers chosen this
 // frame are never taken; those in this frame's quadtree go after those out of it. One workgroup.
@@ -15,6 +16,7 @@ layout(std430, binding = 3) buffer Slots { Slot slots[]; };
 layout(std430, binding = 4) buffer Order { uint order[]; };
 layout(std430, binding = 5) writeonly buffer Cleared { uint cleared[]; };  // layers to clear
 layout(std430, binding = 6) writeonly buffer Arguments { uint arguments[]; };
+layout(std430, binding = 7) readonly buffer Lights { Light lights[]; };
 layout(push_constant) uniform Push { uint argument; };  // first of 4 words: the draw that clears
 
 const uint MAX_SLOTS = 2048u;
@@ -42,14 +44,16 @@ uvec3 scan(uvec3 value, out uvec3 total) {
 // 0: not in this frame's quadtree, 1: in it, 2: chosen.
 uint standing(uint slot) { return slots[slot].used == frame.cache.y ? 2u : slots[slot].seen == frame.cache.y ? 1u : 0u; }
 
-void draw_into(uint slot, uint key) {
+// A key of zeros: moving casters.
+void draw_into(uint slot, uvec2 key) {
     Slot was = slots[slot];
-    if (was.key != 0u && was.key != key) {
+    if (was.key.x != 0u && was.key != key) {
         atomicAdd(counters.evicted, 1u);
     }
-    float x[3] = float[3](frame.light_x.x, frame.light_x.y, frame.light_x.z);
-    float z[3] = float[3](frame.light_z.x, frame.light_z.y, frame.light_z.z);
-    slots[slot] = Slot(x, key, z, key != 0u ? 1u : 0u, frame.cache.y, frame.cache.y);
+    Light light = lights[key_face(key) / FACES];
+    float x[3] = float[3](light.axis_x.x, light.axis_x.y, light.axis_x.z);
+    float z[3] = float[3](light.axis_z.x, light.axis_z.y, light.axis_z.z);
+    slots[slot] = Slot(x, light.kind.z, z, key.x != 0u ? 1u : 0u, key, frame.cache.y, frame.cache.y);
     cleared[atomicAdd(clears, 1u)] = slot;
 }
 
@@ -106,7 +110,7 @@ void main() {
         }
         if (page.draws > 1u) {
             pages[i].dynamic_slot = next[at.x];
-            draw_into(next[at.x++], 0u);
+            draw_into(next[at.x++], uvec2(0u));
             atomicAdd(counters.drawn_dynamic, 1u);
         }
         if ((page.draws & 1u) != 0u) {

@@ -3,19 +3,22 @@
 #include "shared/frame.glsl"
 #include "shared/structs.glsl"
 #include "shared/key.glsl"
+#include "shared/light.glsl"
 
 // Compares every instance with what was known of it: which layer it is drawn into, which cached bounds it leaves and
 // which it enters, and the runs of clusters of those that move.
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint PAGE_TEXELS = 128u;
 layout(constant_id = 1) const uint GUTTER = 0u;
+layout(constant_id = 2) const bool TELL = false;  // whether `changes` is wanted
 layout(std140, binding = 0) uniform FrameBlock { Frame frame; };
 layout(std430, binding = 1) buffer CountersBlock { Counters counters; };
 layout(std430, binding = 2) readonly buffer Instances { Instance instances[]; };
 layout(std430, binding = 3) readonly buffer Meshes { MeshBounds meshes[]; };
 layout(std430, binding = 4) buffer TrackedInstances { Tracked tracked[]; };
-layout(std430, binding = 5) writeonly buffer Changed { vec4 changed[]; };  // light-space xy bounds, low and high
+layout(std430, binding = 5) writeonly buffer Changed { vec4 changed[]; };  // centre and half size, along the world's axes
 layout(std430, binding = 6) writeonly buffer Items { Item items[]; };
+layout(std430, binding = 7) buffer Changes { uint changes[]; };  // whether any instance changed, then what of each: CHANGED_*
 layout(push_constant) uniform Push {
     uint instance_count;
 };
@@ -60,7 +63,11 @@ uint next_state(uint policy, bool moved, inout Tracked known) {
     return known.state == CASTER_DYNAMIC && still < known.patience ? CASTER_DYNAMIC : CASTER_STATIC;
 }
 
-void add_changed(vec4 bounds) { changed[atomicAdd(counters.changed, 1u)] = bounds; }
+void add_changed(Tracked known) {
+    uint index = atomicAdd(counters.changed, 1u);
+    changed[2u * index] = known.center;
+    changed[2u * index + 1u] = known.reach;
+}
 
 void main() {
     uint index = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u + gl_LocalInvocationIndex;
@@ -75,19 +82,30 @@ void main() {
     bool moved = known.state == CASTER_UNKNOWN || !same(instance, known);
     uint before = known.state;
     uint state = next_state(instance.flags & 3u, moved, known);
-    bool update = moved || (frame.cache.x & LIGHT_MOVED) != 0u;
-    vec4 old_bounds = known.bounds;
-    if (update) {
-        mesh_bounds(instance, meshes[instance.mesh], known.bounds.xy, known.bounds.zw);
+    if (TELL) {
+        bool shape = known.state == CASTER_UNKNOWN || known.state == CASTER_NONE || instance.revision != known.revision || instance.mesh != known.mesh;
+        uint change = moved ? CHANGED_PLACE | (shape ? CHANGED_SHAPE : 0u) : 0u;
+        // the revision of these need not be kept
+        change |= (instance.flags & 3u) == POLICY_ALWAYS ? CHANGED_PLACE | CHANGED_SHAPE : 0u;
+        changes[1u + index] = change;
+        if (change != 0u) {
+            changes[0] = 1u;
+        }
+    }
+    Tracked old = known;
+    if (moved) {
+        Box box = mesh_box(instance, meshes[instance.mesh]);
+        known.center = vec4(box.center, 0.0);
+        known.reach = vec4(box_reach(box), 0.0);
     }
     if (moved || state != before) {
         // a first sight of everything changes nothing that is cached
         bool news = (frame.cache.x & FORGET_CASTERS) == 0u;
         if (news && before == CASTER_STATIC) {
-            add_changed(old_bounds);
+            add_changed(old);
         }
         if (news && state == CASTER_STATIC) {
-            add_changed(known.bounds);
+            add_changed(known);
         }
     }
     known.rows = instance.rows;
@@ -97,7 +115,7 @@ void main() {
     known.flags = instance.flags;
     known.state = state;
     known.since = moved ? frame.cache.y : known.since;
-    if (update || state != before) {
+    if (moved || state != before) {
         tracked[index] = known;
     }
     if (state == CASTER_DYNAMIC) {

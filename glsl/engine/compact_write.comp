@@ -6,10 +6,10 @@
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint BLOCK = 512u;
 layout(std430, binding = 0) readonly buffer CountersBlock { Counters counters; };
-layout(std430, binding = 1) readonly buffer Keys { uint keys[]; };
+layout(std430, binding = 1) readonly buffer Keys { uvec2 keys[]; };
 layout(std430, binding = 2) readonly buffer Values { uint values[]; };
 layout(std430, binding = 3) readonly buffer Heads { uint heads[]; };
-layout(std430, binding = 4) writeonly buffer Unique { uint unique_keys[]; };
+layout(std430, binding = 4) writeonly buffer Unique { uvec2 unique_keys[]; };
 layout(std430, binding = 5) buffer UniqueCounts { uint unique_counts[]; };
 
 shared uint sums[64];

@@ -3,12 +3,13 @@
 #include "shared/frame.glsl"
 #include "shared/structs.glsl"
 #include "shared/key.glsl"
+#include "shared/light.glsl"
 #include "shared/refine.glsl"
 
 // Admits pages while their pairs fit the budget, gives each its range of pairs, and writes the arguments of what follows.
-// Roots first: they answer for everything. The budget is large enough for all four together, or, in scenes of more than
-// 2^19 clusters, for each alone where it fits. If not all others fit, those that gain the most pixels for their cost, which is linear
-// in layers and pairs (Fernando 2002, sec. 2.4). One workgroup.
+// Roots first, directional lights before others: they answer for everything. Then those that gain the most pixels for
+// their cost, which is linear in layers and pairs (Fernando 2002, sec. 2.4); within the rank at which the budget ends, as
+// many as fit in their order, so that a page whose pairs fit alone is never put off for ever. One workgroup.
 layout(local_size_x = 256) in;
 layout(constant_id = 0) const uint PAIR_CAPACITY = 1024u;
 layout(constant_id = 1) const uint DISPATCH_X = 32768u;
@@ -18,14 +19,13 @@ layout(std430, binding = 2) buffer Pages { Page pages[]; };
 layout(std430, binding = 3) buffer PairCursors { uint pair_cursors[]; };  // 4 a page: opaque and masked of each layer
 layout(std430, binding = 4) writeonly buffer Arguments { uint arguments[]; };
 layout(std430, binding = 5) readonly buffer Nodes { Node nodes[]; };
+layout(std430, binding = 6) readonly buffer Lights { Light lights[]; };
 layout(push_constant) uniform Push { uint argument; };  // first of 3 + 3 words: triangles of opaque and masked pairs
 
 shared uvec2 sums[256];
 shared uint ranks[RANKS];  // pairs of the pages of each rank
 shared uint asked;
-shared uint roots;         // pairs of the roots that fit
-shared uint root_fits;     // a bit for each of the first pages, which are the roots
-shared uint least;
+shared uint least;         // least rank of which all pages are admitted
 
 void write_dispatch(uint at, uint count) {
     arguments[at] = min(count, DISPATCH_X);
@@ -33,19 +33,24 @@ void write_dispatch(uint at, uint count) {
     arguments[at + 2u] = 1u;
 }
 
-bool is_root(uint page) { return key_level(pages[page].key) == ROOT_LEVEL; }
-
 uvec2 pairs_of(uint page) {
     return uvec2(pair_cursors[4u * page] + pair_cursors[4u * page + 2u], pair_cursors[4u * page + 1u] + pair_cursors[4u * page + 3u]);
 }
 
+// The upper half of the ranks is for roots.
 uint page_rank(uint page, uint pairs) {
     uint draws = pages[page].draws;
     if (draws == 0u) {
         return RANKS - 1u;
     }
     Node node = nodes[pages[page].node];
-    return refine_rank(min(node.own + node.below, 0x3fffffffu), int(pairs + frame.cache.w * ((draws & 1u) + (draws >> 1))));
+    uvec2 key = pages[page].key;
+    uint root = key_level(key) == ROOT_LEVEL ? RANKS / 2u : 0u;
+    if (root != 0u && lights[key_face(key) / FACES].kind.x == LIGHT_DIRECTIONAL) {
+        return RANKS - 1u;
+    }
+    uint pixels = min(node.own, 0x1fffffffu) + min(node.below, 0x1fffffffu);
+    return refine_rank(pixels, int(pairs + frame.cache.w * ((draws & 1u) + (draws >> 1)))) / 2u + root;
 }
 
 void main() {
@@ -58,40 +63,37 @@ void main() {
     }
     if (local == 0u) {
         asked = 0u;
-        roots = 0u;
-        root_fits = 0u;
     }
     barrier();
     for (uint i = begin; i < end; i++) {
         uvec2 count = pairs_of(i);
         uint pairs = count.x + count.y;
         atomicAdd(asked, pairs);
-        if (!is_root(i)) {
-            atomicAdd(ranks[page_rank(i, pairs)], pairs);
-        }
+        atomicAdd(ranks[page_rank(i, pairs)], pairs);
+        pages[i].admitted = 0u;
     }
     barrier();
-    // the least rank of which all pairs, with those of higher ranks, fit beside the roots
     if (local == 0u) {
-        for (uint i = 0u; i < min(counters.sorted, 4u) && is_root(i); i++) {
-            uvec2 count = pairs_of(i);
-            if (roots + count.x + count.y <= PAIR_CAPACITY) {
-                roots += count.x + count.y;
-                root_fits |= 1u << i;
-            }
-        }
-        uint sum = roots;
+        uint sum = 0u;
         least = RANKS;
         while (least > 0u && sum + ranks[least - 1u] <= PAIR_CAPACITY) {
             least--;
             sum += ranks[least];
+        }
+        for (uint i = 0u; least > 0u && i < counters.sorted; i++) {
+            uvec2 count = pairs_of(i);
+            uint pairs = count.x + count.y;
+            if (page_rank(i, pairs) + 1u == least && sum + pairs <= PAIR_CAPACITY) {
+                pages[i].admitted = 1u;
+                sum += pairs;
+            }
         }
     }
     barrier();
     uvec2 sum = uvec2(0u);
     for (uint i = begin; i < end; i++) {
         uvec2 count = pairs_of(i);
-        bool fits = is_root(i) ? (root_fits >> i & 1u) != 0u : page_rank(i, count.x + count.y) >= least;
+        bool fits = pages[i].admitted != 0u || page_rank(i, count.x + count.y) >= least;
         pages[i].admitted = fits ? 1u : 0u;
         sum += fits ? count : uvec2(0u);
     }

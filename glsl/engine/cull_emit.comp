@@ -3,12 +3,15 @@
 #include "shared/frame.glsl"
 #include "shared/structs.glsl"
 #include "shared/key.glsl"
+#include "shared/light.glsl"
 
 // Writes the (cluster, page) pairs of the admitted pages, page by page.
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint PAGE_TEXELS = 128u;
 layout(constant_id = 1) const uint GUTTER = 0u;
-layout(constant_id = 2) const uint PAIR_CAPACITY = 1024u;
+layout(constant_id = 2) const uint TABLE_SIZE = 1024u;
+layout(constant_id = 3) const uint FACE_CAPACITY = 6u;
+layout(constant_id = 4) const uint PAIR_CAPACITY = 1024u;
 layout(std140, binding = 0) uniform FrameBlock { Frame frame; };
 layout(std430, binding = 1) readonly buffer CountersBlock { Counters counters; };
 layout(std430, binding = 2) readonly buffer Nodes { Node nodes[]; };
@@ -19,6 +22,10 @@ layout(std430, binding = 6) readonly buffer Clusters { Cluster clusters[]; };
 layout(std430, binding = 7) readonly buffer Pages { Page pages[]; };
 layout(std430, binding = 8) buffer PairCursors { uint pair_cursors[]; };
 layout(std430, binding = 9) writeonly buffer Pairs { Pair pairs[]; };
+layout(std430, binding = 10) readonly buffer TableKeys { uint table_keys[]; };
+layout(std430, binding = 11) readonly buffer Lights { Light lights[]; };
+layout(std430, binding = 12) readonly buffer Roots { uint roots[]; };
+layout(std430, binding = 13) readonly buffer ActiveFaces { uint active_faces[]; };
 layout(push_constant) uniform Push { uint layer; };
 
 uint instance, cluster, masked;
@@ -35,13 +42,12 @@ bool visit(uint index, Node node) {
 }
 
 #include "shared/items.glsl"
+#include "shared/table.glsl"
 #include "shared/walk.glsl"
 
 void main() {
     if (item_cluster(instance, cluster)) {
         masked = (instances[instance].flags & ALPHA_TESTED) != 0u ? 1u : 0u;
-        vec2 low, high;
-        cluster_bounds(instances[instance], clusters[cluster], low, high);
-        walk(low, high);
+        walk(1u, cluster_box(instances[instance], clusters[cluster]));
     }
 }

@@ -3,6 +3,7 @@
 #include "shared/frame.glsl"
 #include "shared/structs.glsl"
 #include "shared/key.glsl"
+#include "shared/light.glsl"
 
 // Turns each (cluster, page) pair into a draw: of the triangles that cover a texel centre of the page, compacted, or of
 // the whole cluster where compaction gains nothing or its space is used up. One workgroup a pair.
@@ -21,6 +22,7 @@ layout(std430, binding = 6) readonly buffer Positions { float positions[]; };
 layout(std430, binding = 7) writeonly buffer Indices { uint indices[]; };  // the scene's, then room for compacted ones
 layout(std430, binding = 8) writeonly buffer Commands { DrawCommand commands[]; };
 layout(std430, binding = 9) readonly buffer Meshlets { uint meshlets[]; };  // see src/lab/meshlets.rs
+layout(std430, binding = 10) readonly buffer Lights { Light lights[]; };
 layout(push_constant) uniform Push {
     uint masked;           // 1 for alpha-tested casters
     uint first_compacted;  // where the room for compacted indices begins
@@ -29,6 +31,7 @@ layout(push_constant) uniform Push {
 #include "shared/caster_bounds.glsl"
 
 const uint MAX_VERTICES = 384u;
+const float BEHIND = 1e30;
 shared vec2 texels_of[MAX_VERTICES];
 shared uint kept[128];
 shared uint kept_count;
@@ -37,11 +40,15 @@ shared uint kept_begin;
 uvec3 corners(uint triangle) { return uvec3(triangle & 1023u, (triangle >> 10) & 1023u, triangle >> 20); }
 
 // Whether the cluster lies inside the page and its triangles are so large that nearly all cover a texel centre.
-bool draws_whole(Page page, Instance instance, Cluster cluster) {
+bool draws_whole(Light light, Page page, Instance instance, Cluster cluster) {
     vec2 low, high;
-    cluster_bounds(instance, cluster, low, high);
-    low = (low - page.origin) * page.scale + float(GUTTER);
-    high = (high - page.origin) * page.scale + float(GUTTER);
+    if (!face_bounds(light, key_face(page.key) % FACES, cluster_box(instance, cluster), low, high)) {
+        return false;
+    }
+    float side = power_of_two(key_level(page.key));
+    vec2 corner = vec2(key_page(page.key)) * side;
+    low = (low - corner) * (frame.rule.x / side) + float(GUTTER);
+    high = (high - corner) * (frame.rule.x / side) + float(GUTTER);
     vec2 size = high - low;
     return all(greaterThanEqual(low, vec2(0.0))) && all(lessThanEqual(high, vec2(float(PAGE_TEXELS)))) && size.x * size.y >= 4.0 * float(cluster.triangle_count);
 }
@@ -68,7 +75,8 @@ void main() {
     }
     Cluster cluster = clusters[pair.cluster];
     Instance instance = instances[pair.instance];
-    if (draws_whole(page, instance, cluster)) {
+    Light light = lights[key_face(page.key) / FACES];
+    if (draws_whole(light, page, instance, cluster)) {
         if (local == 0u) {
             draw(index, cluster.first_index, 3u * cluster.triangle_count);
         }
@@ -77,17 +85,28 @@ void main() {
     if (local == 0u) {
         kept_count = 0u;
     }
-    // rows from mesh space to texels of the page
-    vec4 row_x = frame.light_x.x * instance.rows[0] + frame.light_x.y * instance.rows[1] + frame.light_x.z * instance.rows[2];
-    vec4 row_y = frame.light_y.x * instance.rows[0] + frame.light_y.y * instance.rows[1] + frame.light_y.z * instance.rows[2];
-    row_x = page.scale * (row_x - vec4(0.0, 0.0, 0.0, page.origin.x)) + vec4(0.0, 0.0, 0.0, float(GUTTER));
-    row_y = page.scale * (row_y - vec4(0.0, 0.0, 0.0, page.origin.y)) + vec4(0.0, 0.0, 0.0, float(GUTTER));
+    // rows from mesh space to texels of the page; of a face in perspective still to be divided by the third
+    bool perspective = light.kind.x != LIGHT_DIRECTIONAL;
+    vec4 rows[3] = vec4[3](instance.rows[0], instance.rows[1], instance.rows[2]);
+    vec4 ls_rows[3];
+    for (int i = 0; i < 4; i++) {
+        vec3 world = vec3(rows[0][i], rows[1][i], rows[2][i]) - (i == 3 ? light.place.xyz : vec3(0.0));
+        vec3 ls = face_axes(perspective ? key_face(page.key) % FACES : 0u, light_axes(light, world));
+        ls_rows[0][i] = ls.x;
+        ls_rows[1][i] = ls.y;
+        ls_rows[2][i] = ls.z;
+    }
+    vec4 row_w = perspective ? ls_rows[2] : vec4(0.0, 0.0, 0.0, 1.0);
+    vec4 row_x = page.scale * (ls_rows[0] - page.origin.x * row_w) + float(GUTTER) * row_w;
+    vec4 row_y = page.scale * (ls_rows[1] - page.origin.y * row_w) + float(GUTTER) * row_w;
     uint vertices = meshlets[pair.cluster] + 1u;
     uint vertex_count = meshlets[vertices - 1u];
     for (uint v = local; v < vertex_count; v += gl_WorkGroupSize.x) {
         uint p = 3u * meshlets[vertices + v];
         vec4 position = vec4(positions[p], positions[p + 1u], positions[p + 2u], 1.0);
-        texels_of[v] = vec2(dot(row_x, position), dot(row_y, position));
+        float w = dot(row_w, position);
+        // what comes too close to the light's plane is everywhere
+        texels_of[v] = !perspective || w >= light.scale.z ? vec2(dot(row_x, position), dot(row_y, position)) / w : vec2(BEHIND);
     }
     barrier();
     float margin = texel_margin(key_level(page.key));
@@ -97,7 +116,7 @@ void main() {
         uvec3 c = corners(triangle);
         vec2 low = min(min(texels_of[c.x], texels_of[c.y]), texels_of[c.z]);
         vec2 high = max(max(texels_of[c.x], texels_of[c.y]), texels_of[c.z]);
-        if (!misses(low, high, margin)) {
+        if (high.x >= BEHIND || !misses(low, high, margin)) {
             kept[atomicAdd(kept_count, 1u)] = triangle;
         }
     }

@@ -35,8 +35,9 @@ void main() {
     }
     if (again && FLAGS) {
         for (uint i = id; i < TABLE_SIZE; i += gl_NumWorkGroups.x * gl_WorkGroupSize.x) {
-            if (table_keys[i] != 0u) {
-                table_keys[i] = 0u;
+            if (table_keys[2u * i] != 0u) {
+                table_keys[2u * i] = 0u;
+                table_keys[2u * i + 1u] = 0u;
                 nodes[i].own = 0u;
             }
         }

@@ -6,9 +6,11 @@
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint BLOCK = 512u;
 layout(std430, binding = 0) readonly buffer CountersBlock { Counters counters; };
-layout(std430, binding = 1) readonly buffer Keys { uint keys[]; };
+layout(std430, binding = 1) readonly buffer Keys { uvec2 keys[]; };
 layout(std430, binding = 2) writeonly buffer Histogram { uint histogram[]; };
-layout(push_constant) uniform Push { uint digit; };
+layout(push_constant) uniform Push { uint digit; };  // its first bit; from 32 on in the first word
+
+#include "shared/digit.glsl"
 
 shared uint bins[16];
 
@@ -20,7 +22,7 @@ void main() {
     barrier();
     uint end = min(counters.sorted, (gl_WorkGroupID.x + 1u) * BLOCK);
     for (uint i = gl_WorkGroupID.x * BLOCK + local; i < end; i += 64u) {
-        atomicAdd(bins[(keys[i] >> digit) & 15u], 1u);
+        atomicAdd(bins[digit_of(keys[i])], 1u);
     }
     barrier();
     if (local < 16u) {

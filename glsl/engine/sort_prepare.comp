@@ -2,26 +2,22 @@
 #extension GL_GOOGLE_include_directive : require
 #include "shared/structs.glsl"
 
-// Fixes how many entries are sorted and the dispatch size that follows from it.
+// Fixes how many requests are sorted and the dispatch size that follows from it.
 layout(local_size_x = 1) in;
 layout(constant_id = 0) const uint BLOCK = 512u;
 layout(std430, binding = 0) buffer CountersBlock { Counters counters; };
 layout(std430, binding = 1) writeonly buffer Arguments { uint arguments[]; };
 layout(push_constant) uniform Push {
     uint capacity;
-    uint pages;     // 0: the requests of the attempt that counts, 1: the selected pages
     uint argument;  // first word of the dispatch arguments
 };
 
 void main() {
-    uint count = counters.pages;
-    if (pages == 0u) {
-        // an attempt that never ran has counted nothing
-        count = counters.requests[0];
-        for (uint attempt = 1u; attempt < 4u; attempt++) {
-            if (counters.requests[attempt] > 0u) {
-                count = counters.requests[attempt];
-            }
+    // the attempt that counts is the last; one that never ran has counted nothing
+    uint count = counters.requests[0];
+    for (uint attempt = 1u; attempt < 4u; attempt++) {
+        if (counters.requests[attempt] > 0u) {
+            count = counters.requests[attempt];
         }
     }
     count = min(count, capacity);

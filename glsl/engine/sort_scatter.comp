@@ -6,12 +6,14 @@
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint BLOCK = 512u;
 layout(std430, binding = 0) readonly buffer CountersBlock { Counters counters; };
-layout(std430, binding = 1) readonly buffer Keys { uint keys[]; };
+layout(std430, binding = 1) readonly buffer Keys { uvec2 keys[]; };
 layout(std430, binding = 2) readonly buffer Values { uint values[]; };
 layout(std430, binding = 3) readonly buffer Offsets { uint offsets[]; };
-layout(std430, binding = 4) writeonly buffer KeysOut { uint keys_out[]; };
+layout(std430, binding = 4) writeonly buffer KeysOut { uvec2 keys_out[]; };
 layout(std430, binding = 5) writeonly buffer ValuesOut { uint values_out[]; };
-layout(push_constant) uniform Push { uint digit; };
+layout(push_constant) uniform Push { uint digit; };  // its first bit; from 32 on in the first word
+
+#include "shared/digit.glsl"
 
 shared uint places[16 * 64];
 
@@ -24,7 +26,7 @@ void main() {
     uint begin = min(gl_WorkGroupID.x * BLOCK + local * share, counters.sorted);
     uint end = min(begin + share, counters.sorted);
     for (uint i = begin; i < end; i++) {
-        places[((keys[i] >> digit) & 15u) * 64u + local]++;
+        places[digit_of(keys[i]) * 64u + local]++;
     }
     barrier();
     // each of 16 threads turns the counts of one digit into places
@@ -38,7 +40,7 @@ void main() {
     }
     barrier();
     for (uint i = begin; i < end; i++) {
-        uint at = places[((keys[i] >> digit) & 15u) * 64u + local]++;
+        uint at = places[digit_of(keys[i]) * 64u + local]++;
         keys_out[at] = keys[i];
         values_out[at] = values[i];
     }

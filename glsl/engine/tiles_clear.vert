@@ -6,6 +6,6 @@
 layout(std430, binding = 0) readonly buffer Cleared { uint cleared[]; };
 
 void main() {
-    gl_Position = vec4(gl_VertexIndex == 1 ? 3.0 : -1.0, gl_VertexIndex == 2 ? 3.0 : -1.0, 1.0, 1.0);
+    gl_Position = vec4(gl_VertexIndex == 1 ? 3.0 : -1.0, gl_VertexIndex == 2 ? 3.0 : -1.0, 0.0, 1.0);
     gl_Layer = int(cleared[gl_InstanceIndex]);
 }

@@ -1,10 +1,10 @@
-// Entries of the page table: bit 31 valid, bits 27-30 level of the serving page, bit 26 drawn for a light that has turned
-// since, bits 13-25 layer of its moving casters + 1 (0: none), bits 0-12 layer of the others.
+// Entries of the page table: bit 31 valid, bits 26-30 level of the serving page, bit 25 drawn for a light that has turned
+// since, bits 12-23 layer of its moving casters + 1 (0: none), bits 0-11 layer of the others.
 
 uint make_entry(int level, uint turned, uint slot, uint dynamic_slot) {
-    return 0x80000000u | uint(level) << 27 | turned << 26 | (dynamic_slot == NONE ? 0u : dynamic_slot + 1u) << 13 | slot;
+    return 0x80000000u | uint(level) << 26 | turned << 25 | (dynamic_slot == NONE ? 0u : dynamic_slot + 1u) << 12 | slot;
 }
-int entry_level(uint entry) { return int(entry >> 27) & 15; }
-uint entry_slot(uint entry) { return entry & 0x1fffu; }
-uint entry_dynamic(uint entry) { return (entry >> 13) & 0x1fffu; }  // + 1
-bool entry_turned(uint entry) { return (entry >> 26 & 1u) != 0u; }
+int entry_level(uint entry) { return int(entry >> 26) & 31; }
+uint entry_slot(uint entry) { return entry & 0xfffu; }
+uint entry_dynamic(uint entry) { return (entry >> 12) & 0xfffu; }  // + 1
+bool entry_turned(uint entry) { return (entry >> 25 & 1u) != 0u; }

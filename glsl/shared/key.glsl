@@ -1,23 +1,28 @@
-// Page keys: bits 28-31 hold ROOT_LEVEL + 1 - level (1 to 14, so coarse pages sort first and no key is 0),
-// bits 0-27 the Morton code of the page's coordinates at its level, relative to the anchor.
+// Page keys, two words: x holds ROOT_LEVEL + 1 - level in bits 27-31 (1 to 24, so coarse pages sort first and no key's
+// x is 0), the face in bits 14-26 and the upper 14 bits of the page's column at its level in bits 0-13; y holds the lower
+// 9 bits of the column above the 23 bits of the row. No page has a y of all ones.
+// A face is a square seen from a light; page (0, 0) of the root level is all of it.
 
-uint spread(uint x) {
-    x &= 0x3fffu;
-    x = (x | (x << 8)) & 0x00ff00ffu;
-    x = (x | (x << 4)) & 0x0f0f0f0fu;
-    x = (x | (x << 2)) & 0x33333333u;
-    return (x | (x << 1)) & 0x55555555u;
-}
-
-uint unspread(uint x) {
-    x &= 0x55555555u;
-    x = (x | (x >> 1)) & 0x33333333u;
-    x = (x | (x >> 2)) & 0x0f0f0f0fu;
-    x = (x | (x >> 4)) & 0x00ff00ffu;
-    return (x | (x >> 8)) & 0x3fffu;
-}
-
+const int ROOT_LEVEL = 23;
 const uint NONE = 0xffffffffu;
+const uint FACES = 6u;  // of a light; directional and spot lights use the first
+
+uvec2 key_of(int level, uint face, uvec2 page) {
+    return uvec2(uint(ROOT_LEVEL + 1 - level) << 27 | face << 14 | page.x >> 9, (page.x & 0x1ffu) << 23 | page.y);
+}
+int key_level(uvec2 key) { return ROOT_LEVEL + 1 - int(key.x >> 27); }
+uint key_face(uvec2 key) { return (key.x >> 14) & 0x1fffu; }
+uvec2 key_page(uvec2 key) { return uvec2((key.x & 0x3fffu) << 9 | key.y >> 23, key.y & 0x7fffffu); }
+
+// The page `steps` levels coarser that contains the page of `key`; stops at the root level.
+uvec2 key_ancestor(uvec2 key, int steps) {
+    int level = key_level(key);
+    steps = min(steps, ROOT_LEVEL - level);
+    return key_of(level + steps, key_face(key), key_page(key) >> steps);
+}
+
+// Which quarter of its parent a page is: bit 0 right, bit 1 lower.
+uint key_quadrant(uvec2 key) { return (key.y >> 23 & 1u) | (key.y & 1u) << 1; }
 
 // 2^n, exactly, for n from -126 to 127.
 float power_of_two(int n) { return uintBitsToFloat(uint(n + 127) << 23); }
@@ -30,25 +35,4 @@ uint hash(uint word) {
     word *= 0x846ca68bu;
     return word ^ (word >> 16);
 }
-
-uint key_of(int level, uvec2 page) { return uint(ROOT_LEVEL + 1 - level) << 28 | spread(page.x) | spread(page.y) << 1; }
-int key_level(uint key) { return ROOT_LEVEL + 1 - int(key >> 28); }
-uvec2 key_page(uint key) { return uvec2(unspread(key), unspread(key >> 1)); }
-
-// The page `steps` levels coarser that contains the page of `key`; stops at the root level.
-uint key_ancestor(uint key, int steps) {
-    steps = min(steps, ROOT_LEVEL - key_level(key));
-    uint morton = (key & 0x0fffffffu) >> (2 * steps);
-    return ((key >> 28) - uint(steps)) << 28 | morton;
-}
-
-// Level-0 page (relative to the anchor) and the position inside it, in page units, of an eye-relative point.
-void light_page(Frame frame, vec3 from_eye, out ivec2 page, out vec2 inside) {
-    vec2 ls = vec2(dot(frame.light_x.xyz, from_eye), dot(frame.light_y.xyz, from_eye));
-    vec2 units = vec2(frame.light_x.w, frame.light_y.w) + ls * frame.page.y;
-    vec2 whole = floor(units);
-    page = frame.eye_page.xy + ivec2(whole);
-    inside = units - whole;
-}
-
-bool on_grid(ivec2 page) { return all(greaterThanEqual(page, ivec2(0))) && all(lessThan(page, ivec2(2 << ROOT_LEVEL))); }
+uint key_hash(uvec2 key) { return hash(key.x * 0x9e3779b1u ^ key.y); }

@@ -40,6 +40,13 @@ void decode_derivatives(Frame frame, uvec4 receiver, float depth, out vec3 dx, o
     dy = unit * vec3(b.y, c);
 }
 
+// How far along the normal a ray towards a light starts: 1e-5 of the diagonal of the casters' bounds, or, where a pixel is
+// smaller than that, a hundredth of the pixel.
+float ray_offset(Frame frame, vec3 from_eye) {
+    float footprint = length(from_eye) * frame.ray_dy.w;
+    return footprint < frame.rule.w ? 0.01 * footprint : frame.rule.w;
+}
+
 // Depth bias of a unit setting for a texel of this size; `slope`: change of the receiver's depth per texel along the
 // map's axes. The plane at a texel's centre hides the receiver's own slope, but where another surface meets it in a
 // concave edge the centre may lie on that; the difference grows with the texel and with the slope.

@@ -1,6 +1,8 @@
 // Order of service: refine the nodes with the most pixels gained per page (Fernando 2002, sec. 2.4: benefit per cost).
+// Roots come before all that: a light has coarse shadows before another has finer ones.
 
-const uint RANKS = 2048u;
+const uint RANKS = 2048u;        // of nodes that are refined
+const uint ALL_RANKS = 4096u;    // from RANKS on: of roots that get their page
 
 uint child_count(Node node) {
     uint count = 0u;
@@ -24,7 +26,7 @@ int cost_layers(uint cost) { return int(cost >> 24) - 16; }
 
 // Order of the nodes of one rank, coarse levels first, so that those before any place are connected with their ancestors.
 const uint ORDERS = 8192u;
-uint draw_order(uint key) { return (uint(ROOT_LEVEL - key_level(key)) * ORDERS + hash(key) % ORDERS) / uint(LEVELS); }
+uint draw_order(uvec2 key) { return (uint(ROOT_LEVEL - key_level(key)) * ORDERS + key_hash(key) % ORDERS) / uint(LEVELS); }
 
 // Whether a node is replaced by its children as far as the layers of the atlas go.
 bool fits(Node node, uint threshold) { return child_count(node) > 0u && (node.ranks & 0xffffu) >= threshold; }
@@ -39,4 +41,13 @@ uint refine_rank(uint benefit, int cost) {
     uint high = uint(findMSB(ratio));
     uint fraction = ((ratio << (31u - high)) >> 25) & 63u;
     return clamp(high * 64u + fraction, 1u, RANKS - 2u);
+}
+
+// Rank of a root: those of directional lights first, then those of most pixels, with ties told apart.
+uint root_rank(uvec2 key, Node node, bool directional) {
+    uint rank = RANKS - 1u;
+    if (!directional) {
+        rank = min(refine_rank(min(node.own, 0x3fffffffu) + min(node.below, 0x3fffffffu), page_layers(node.marks)), RANKS - 33u);
+    }
+    return RANKS + ((rank & ~31u) | (key_hash(key) & 31u));
 }

@@ -1,10 +1,9 @@
 // Structs that several passes share; their Rust counterparts are in src/gpu/structs.rs.
 
-const int LEVELS = 14;
+const int LEVELS = 24;
 
 // One page of the quadtree, at the slot of its key in the page table.
 struct Node {
-    uint key;
     uint own;       // pixels that ask for exactly this page
     uint below;     // pixels that ask for a finer page inside this one, weighted with 2^(levels between)
     uint cost;      // of refining it, see refine.glsl; 0 where nothing lies below
@@ -23,23 +22,25 @@ const uint MARK_DRAWN = 2u;        // this page or one below it is drawn: cached
 
 // A page chosen this frame.
 struct Page {
-    uint key;
+    uvec2 key;
     uint node;          // slot in the page table
     uint slot;          // layer of the atlas with the casters that stand still; NONE until assigned
     uint dynamic_slot;  // layer with those that move; NONE where there are none
     uint draws;         // bit 0: the first layer must be drawn, bit 1: the second
     uint admitted;      // 1 when it serves: its draws fit the budgets; 2: they fit the pairs only
-    vec2 origin;        // light-space xy of the corner of its texel (0, 0), relative to the scene's origin
-    float scale;        // texels per world unit
     uint turned;        // 1 when its first layer was drawn for a light that has turned a little since
+    float scale;        // texels per projected length
+    uint pad;
+    vec2 origin;        // projected position of the corner of its texel (0, 0)
 };
 
 // A layer of the atlas; lives from frame to frame.
 struct Slot {
     float axis_x[3];  // light axes for which it was drawn
-    uint key;         // page it holds; 0: none
+    uint revision;    // of its light when it was drawn
     float axis_z[3];
     uint valid;       // 1 while its content is that of a fresh page
+    uvec2 key;        // page it holds; 0: none
     uint seen;        // frame that last had its page in the quadtree
     uint used;        // frame that last chose its page
 };
@@ -47,7 +48,8 @@ struct Slot {
 // What is known of an instance from the frames before.
 struct Tracked {
     vec4 rows[3];
-    vec4 bounds;      // light-space xy, low and high
+    vec4 center;      // of its bounds relative to the scene's origin, world space
+    vec4 reach;       // half their size
     uint material;
     uint revision;
     uint flags;
@@ -62,6 +64,10 @@ const uint CASTER_UNKNOWN = 0u;
 const uint CASTER_NONE = 1u;     // casts no shadow
 const uint CASTER_STATIC = 2u;   // in the cached layer
 const uint CASTER_DYNAMIC = 3u;  // in the layer drawn every frame
+
+// Bits of the change of an instance.
+const uint CHANGED_PLACE = 1u;  // matrix, mesh, material or flags
+const uint CHANGED_SHAPE = 2u;  // vertices, another mesh, or one that cast nothing before
 
 // Counters of one frame; they keep counting beyond the capacities.
 struct Counters {
@@ -93,11 +99,11 @@ struct Counters {
     uint changed;       // bounds of cached casters that changed
     uint dynamics;      // instances in the dynamic layer
     uint items[2];      // runs of clusters to cull, per layer
-    uint pad;
-    uint roots[4];      // table slot + 1 of the root pages
-    uint requested[16]; // per level
-    uint resident[16];
-    uint refused[16];
+    uint active_faces[2]; // faces with pages, and those with pages to draw
+    uint starved;       // faces that pixels ask for and that no page serves
+    uint requested[24]; // per level
+    uint resident[24];
+    uint refused[24];
 };
 
 // A run of at most RUN clusters of one instance.

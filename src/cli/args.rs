@@ -4,7 +4,7 @@ use clap::{ArgAction, Parser, Subcommand};
 use std::path::{Path, PathBuf};
 use umbrage::methods::{self, MethodSpec};
 use umbrage::scene::MAX_COPIES;
-use umbrage::view::{CameraPath, MAX_SIDE, PATH_NAMES};
+use umbrage::view::{CameraPath, MAX_SIDE, MAX_SYNTHETIC_LIGHTS, PATH_NAMES};
 
 /// Methods that `bench` runs when none are named: a conventional map, the cache, and every page anew in every frame.
 const BENCH_METHODS: &str = "uniform:resolution=4096,rmsm,rmsm:cache=off";
@@ -72,6 +72,9 @@ pub struct Common {
     /// A view.json; without it camera and sun are chosen from the scene.
     #[arg(long, value_name = "FILE")]
     pub view: Option<PathBuf>,
+    /// Lights in place of the view's, spots and points by turns at random places, 1 to 1365.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SYNTHETIC_LIGHTS)))]
+    pub lights: Option<u32>,
     /// Size of the image in pixels; without it the view's, else 1280x720.
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<[u32; 2]>,

@@ -7,12 +7,11 @@ use super::measure;
 use super::pictures;
 use super::print;
 use super::progress::Progress;
-use super::report::{Comparison, Errors, Row, write_json};
+use super::report::{Comparison, LightErrors, Row, write_json};
 use super::setup;
 use umbrage::lab::Lab;
 use umbrage::methods;
 use umbrage::output::{Picture, side_by_side, write_png};
-use umbrage::truth;
 
 const HEADER: [&str; 8] = ["method", "ms", "ratio", "MiB", "mismatch %", "edge_error %", "off_edge %", "lost %"];
 
@@ -28,20 +27,20 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     let timings = measure::by_turns(&lab, &mut methods, args.rounds, |share| bar.at(share))?;
     drop(bar);
 
-    let reference = setup::reference(&lab, &progress)?;
+    let references = setup::references(&lab, &progress)?;
     let gbuffer = lab.gbuffer()?;
     let mut rows: Vec<Row> = Vec::new();
     let mut images: Vec<(&str, Picture)> = Vec::new();
     let mut differences: Vec<(&str, Picture)> = Vec::new();
     for ((spec, method), timings) in specs.iter().zip(&mut methods).zip(&timings) {
-        let visibility = method.visibility(&lab)?;
-        let errors = Errors::from(truth::compare(&visibility, &reference)?);
+        let visibility = measure::visibility(&lab, method.as_mut())?;
+        let errors = LightErrors::of(&visibility, &references)?;
         let mut row = Row::new(&spec.text, timings, &method.memory(), errors);
         row.ratio = row.ms.median / rows.first().unwrap_or(&row).ms.median;
         rows.push(row);
         images.push((&spec.text, pictures::shaded(&lab, &gbuffer, &visibility)?));
         differences
-            .push(("difference from ray tracing", pictures::difference(&lab, &gbuffer, &visibility, &reference)?));
+            .push(("difference from ray tracing", pictures::difference(&lab, &gbuffer, &visibility, &references)?));
     }
     let tiles: Vec<_> = images.iter().chain(&differences).map(|(label, picture)| (*label, picture)).collect();
     setup::validated(&lab)?;
@@ -57,6 +56,7 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     })?;
     if !common.quiet {
         print::out(&table(&comparison.rows));
+        print::out(&by_light(&comparison.rows));
         print::out(&footer(&lab, &format!("{} rounds by turns", args.rounds)));
         print::out(&format!("results are in {}\n", common.out.display()));
     }
@@ -65,7 +65,7 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
 
 fn table(rows: &[Row]) -> String {
     let cells = |row: &Row| {
-        let e = &row.errors;
+        let e = &row.errors.all;
         vec![
             row.method.to_owned(),
             format!("{:.2}", row.ms.median),
@@ -79,6 +79,28 @@ fn table(rows: &[Row]) -> String {
     };
     let header = HEADER.map(str::to_owned).to_vec();
     print::table(&std::iter::once(header).chain(rows.iter().map(cells)).collect::<Vec<_>>(), 1)
+}
+
+/// The errors of each light, where there are several.
+fn by_light(rows: &[Row]) -> String {
+    let lights = rows.first().map_or(0, |row| row.errors.lights.len());
+    if lights < 2 {
+        return String::new();
+    }
+    let header = ["method", "light", "mismatch %", "edge_error %", "off_edge %", "lost %"].map(str::to_owned).to_vec();
+    let cells = rows.iter().flat_map(|row| {
+        row.errors.lights.iter().enumerate().map(|(light, e)| {
+            vec![
+                row.method.to_owned(),
+                light.to_string(),
+                format!("{:.4}", e.mismatch),
+                format!("{:.2}", e.edge_error),
+                format!("{:.4}", e.off_edge),
+                format!("{:.4}", e.lost),
+            ]
+        })
+    });
+    print::table(&std::iter::once(header).chain(cells).collect::<Vec<_>>(), 1)
 }
 
 /// What the printed times are; `of` says what they are the median of.

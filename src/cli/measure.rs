@@ -111,6 +111,11 @@ pub fn by_turns(
     Ok(timings)
 }
 
+/// Visibility of a method's last frame, one image for each light of the view.
+pub fn visibility(lab: &Lab, method: &mut dyn Method) -> Result<Vec<Vec<f32>>, LabError> {
+    (0..lab.view().lights.len()).map(|light| method.visibility(lab, light)).collect()
+}
+
 fn any_defers(lab: &Lab, methods: &mut [Box<dyn Method>]) -> Result<bool, LabError> {
     for method in methods {
         if method.statistics(lab)?.counters.iter().any(|&(name, pages)| name == DEFERRED && pages > 0) {

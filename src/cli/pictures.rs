@@ -1,27 +1,24 @@
-//! What a visibility image looks like.
+//! What the visibility of all lights looks like.
 
-use umbrage::Light;
+use std::rc::Rc;
 use umbrage::lab::Lab;
 use umbrage::output::{self, OutputError, Picture};
 use umbrage::truth::{GBuffer, Reference};
 
-/// The light that is measured; a checked view has one.
-fn light(lab: &Lab) -> Result<&Light, OutputError> {
-    let missing = || OutputError { path: "view".to_owned(), what: "it has no light".to_owned() };
-    lab.view().lights.first().ok_or_else(missing)
+/// The scene in the light that `visibility`, one image a light, lets through.
+pub fn shaded(lab: &Lab, gbuffer: &GBuffer, visibility: &[Vec<f32>]) -> Result<Picture, OutputError> {
+    let lights: Vec<_> = lab.view().lights.iter().zip(visibility).map(|(light, v)| (light, v.as_slice())).collect();
+    output::shade(gbuffer, &lab.view().camera, lab.scene().origin, &lights)
 }
 
-/// The scene in the light that `visibility` lets through.
-pub fn shaded(lab: &Lab, gbuffer: &GBuffer, visibility: &[f32]) -> Result<Picture, OutputError> {
-    output::shade(gbuffer, &lab.view().camera, lab.scene().origin, light(lab)?, visibility)
-}
-
-/// Where `visibility` differs from the reference.
+/// Where `visibility` differs from the references, one image a light each.
 pub fn difference(
     lab: &Lab,
     gbuffer: &GBuffer,
-    visibility: &[f32],
-    reference: &Reference,
+    visibility: &[Vec<f32>],
+    references: &[Rc<Reference>],
 ) -> Result<Picture, OutputError> {
-    output::difference(visibility, reference, gbuffer, light(lab)?, lab.scene().origin)
+    let lights = lab.view().lights.iter().zip(visibility).zip(references);
+    let lights: Vec<_> = lights.map(|((light, v), reference)| (light, v.as_slice(), &**reference)).collect();
+    output::difference(gbuffer, lab.scene().origin, &lights)
 }

@@ -7,13 +7,14 @@ use super::measure;
 use super::pictures;
 use super::print;
 use super::progress::Progress;
-use super::report::{Errors, Stats, write_json};
+use super::report::{LightErrors, Stats, write_json};
 use super::setup;
+use glam::Vec3;
 use std::path::Path;
 use umbrage::lab::Lab;
 use umbrage::methods::{self, DebugPicture};
 use umbrage::output::{OutputError, Picture, write_exr, write_png};
-use umbrage::truth::{self, GBuffer};
+use umbrage::truth::GBuffer;
 
 /// Renders, measures and writes the results.
 pub fn run(args: &RenderArgs) -> Result<(), Failure> {
@@ -26,7 +27,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     drop(bar);
     let [method] = &mut methods;
 
-    let visibility = method.visibility(&lab)?;
+    let visibility = measure::visibility(&lab, method.as_mut())?;
     let gbuffer = lab.gbuffer()?;
     let image = pictures::shaded(&lab, &gbuffer, &visibility)?;
     let statistics = method.statistics(&lab)?;
@@ -34,16 +35,15 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let mut stats = Stats::new(&lab, &args.method.text, &timings, method.memory(), statistics);
     let mut difference = None;
     if args.truth {
-        let reference = setup::reference(&lab, &progress)?;
-        stats.truth = Some(Errors::from(truth::compare(&visibility, &reference)?));
-        difference = Some(pictures::difference(&lab, &gbuffer, &visibility, &reference)?);
+        let references = setup::references(&lab, &progress)?;
+        stats.truth = Some(LightErrors::of(&visibility, &references)?);
+        difference = Some(pictures::difference(&lab, &gbuffer, &visibility, &references)?);
     }
     setup::validated(&lab)?;
 
     folder.fill(|at| {
         write_png(&at.join("image.png"), &image)?;
-        let [width, height] = lab.view().size;
-        write_exr(&at.join("visibility.exr"), width, height, &[("V", &visibility)])?;
+        write_visibility(&at.join("visibility.exr"), lab.view().size, &visibility)?;
         write_gbuffer(&at.join("gbuffer.exr"), &lab, &gbuffer)?;
         write_json(&at.join("view.json"), lab.view())?;
         write_json(&at.join("stats.json"), &stats)?;
@@ -61,13 +61,21 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Channel `V.i` for light i of the view, and `V` for the first.
+fn write_visibility(path: &Path, [width, height]: [u32; 2], visibility: &[Vec<f32>]) -> Result<(), OutputError> {
+    let names: Vec<_> = (0..visibility.len()).map(|light| format!("V.{light}")).collect();
+    let each = names.iter().map(String::as_str).zip(visibility);
+    let first = visibility.first().map(|image| ("V", image));
+    let channels: Vec<_> = first.into_iter().chain(each).map(|(name, image)| (name, image.as_slice())).collect();
+    write_exr(path, width, height, &channels)
+}
+
 /// World positions and normals as float32; all channels are 0 where there is no surface.
 fn write_gbuffer(path: &Path, lab: &Lab, gbuffer: &GBuffer) -> Result<(), OutputError> {
-    let origin = lab.scene().origin.to_array();
-    let surfaces = || gbuffer.hit.iter().zip(&gbuffer.position);
-    let world =
-        |k: usize| surfaces().map(move |(&hit, p)| if hit { (f64::from(p[k]) + origin[k]) as f32 } else { 0.0 });
-    let position = [0, 1, 2].map(|k| world(k).collect::<Vec<_>>());
+    let pixels = 0..gbuffer.hit.len();
+    let point = |i| if gbuffer.hit[i] { (lab.scene().origin + gbuffer.point(i)).as_vec3() } else { Vec3::ZERO };
+    let points: Vec<Vec3> = pixels.map(point).collect();
+    let position = [0, 1, 2].map(|k| points.iter().map(|p| p[k]).collect::<Vec<_>>());
     let normal = [0, 1, 2].map(|k| gbuffer.normal.iter().map(|n| n[k]).collect::<Vec<_>>());
     let hit: Vec<f32> = gbuffer.hit.iter().map(|&hit| f32::from(u8::from(hit))).collect();
     let [px, py, pz] = &position;
@@ -88,7 +96,7 @@ fn summary(stats: &Stats, out: &Path) -> String {
         ms.max,
         print::mib(stats.bytes.total)
     );
-    if let Some(e) = &stats.truth {
+    if let Some(LightErrors { all: e, .. }) = &stats.truth {
         text += &format!(
             "against ray tracing: mismatch {:.4} %, edge_error {:.2} %, off_edge {:.4} %, lost {:.4} %\n",
             e.mismatch, e.edge_error, e.off_edge, e.lost

@@ -4,11 +4,12 @@ use super::failure::Failure;
 use super::measure::{Spread, Timings};
 use serde::{Serialize, Serializer};
 use std::path::Path;
+use std::rc::Rc;
 use umbrage::lab::{Lab, View};
 use umbrage::methods::{LevelStatistics, Statistics};
 use umbrage::output::write_file;
 use umbrage::scene::Scene;
-use umbrage::truth::Metrics;
+use umbrage::truth::{Metrics, Reference, TruthError, compare};
 
 /// `stats.json`: one method on one view.
 #[derive(Debug, Serialize)]
@@ -29,7 +30,7 @@ pub struct Stats<'a> {
     pub effective_resolution: f64,
     pub counters: Named<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub truth: Option<Errors>,
+    pub truth: Option<LightErrors>,
 }
 
 impl<'a> Stats<'a> {
@@ -81,7 +82,7 @@ pub struct Row<'a> {
     pub ratio: f64,
     pub bytes: u64,
     #[serde(flatten)]
-    pub errors: Errors,
+    pub errors: LightErrors,
     pub prepass_ms: f64,
     pub cold_ms: f64,
     pub wall_ms: f64,
@@ -90,7 +91,7 @@ pub struct Row<'a> {
 
 impl<'a> Row<'a> {
     /// A row whose ratio is still to come.
-    pub fn new(method: &'a str, timings: &Timings, memory: &[(&'static str, u64)], errors: Errors) -> Self {
+    pub fn new(method: &'a str, timings: &Timings, memory: &[(&'static str, u64)], errors: LightErrors) -> Self {
         Self {
             method,
             ms: timings.spread(|f| f.ms),
@@ -134,6 +135,26 @@ impl From<Metrics> for Errors {
             decided_pixels: m.decided_pixels,
             edge_pixels: m.edge_pixels,
         }
+    }
+}
+
+/// Errors over all lights of a view together, and of each in the view's order.
+#[derive(Debug, Clone, Serialize)]
+pub struct LightErrors {
+    #[serde(flatten)]
+    pub all: Errors,
+    pub lights: Vec<Errors>,
+}
+
+impl LightErrors {
+    /// Compares the images of all lights with their references.
+    pub fn of(visibility: &[Vec<f32>], references: &[Rc<Reference>]) -> Result<Self, TruthError> {
+        let pairs = visibility.iter().zip(references);
+        let each = pairs.map(|(image, reference)| compare(image, reference)).collect::<Result<Vec<_>, _>>()?;
+        Ok(Self {
+            all: each.iter().copied().sum::<Metrics>().into(),
+            lights: each.into_iter().map(Errors::from).collect(),
+        })
     }
 }
 

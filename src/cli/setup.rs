@@ -14,6 +14,9 @@ use umbrage::view::{DEFAULT_SIZE, ViewFile};
 /// What to type for the built-in scene.
 const BUILTIN: &str = "builtin";
 
+/// Seed of the places of `--lights`.
+const LIGHT_SEED: u64 = 1;
+
 /// What moves in a scene.
 #[derive(Debug, Clone, Copy)]
 pub struct Movement {
@@ -53,6 +56,9 @@ pub fn open_moving(common: &Common, movement: Movement, progress: &Progress) -> 
         Some(file) => file.complete(&scene, common.size)?,
         None => progress.during("choosing a view", || View::default_for(&scene, common.size.unwrap_or(DEFAULT_SIZE))),
     };
+    if let Some(count) = common.lights {
+        view = view.with_lights(&scene, count, LIGHT_SEED);
+    }
     if copies > 1 {
         if motion.is_some() {
             let scene = common.scene.display();
@@ -77,10 +83,12 @@ pub fn open_moving(common: &Common, movement: Movement, progress: &Progress) -> 
     Ok(lab)
 }
 
-/// Traces the rays that the results are compared with.
-pub fn reference(lab: &Lab, progress: &Progress) -> Result<Rc<Reference>, Failure> {
+/// Traces the rays that the results are compared with, for each light of the view.
+pub fn references(lab: &Lab, progress: &Progress) -> Result<Vec<Rc<Reference>>, Failure> {
     let bar = progress.bar("tracing the reference");
-    Ok(lab.reference(&|share| bar.at(share))?)
+    let count = lab.view().lights.len();
+    let one = |light| lab.reference(light, &|share| bar.at((light as f64 + share) / count as f64));
+    Ok((0..count).map(one).collect::<Result<_, _>>()?)
 }
 
 /// Fails on the first message of the validation layer, where it is on.

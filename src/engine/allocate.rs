@@ -1,6 +1,7 @@
 //! From requested pages to page table entries, within the atlas.
 //!
-//! The requested pages and their ancestors form a quadtree. Refining a node replaces its page by its children's; what
+//! The requested pages and their ancestors form a quadtree for each face of each light. A root gets its page before any
+//! page is refined, so that no light starves while another has finer shadows than one page gives. Refining a node replaces its page by its children's; what
 //! that gains (pixels, weighted with how far they are from their wish) per page it costs is the node's rank, the
 //! thesis' benefit per cost (Fernando 2002, section 2.4). One histogram over the ranks finds the threshold at which the
 //! atlas is full, so that the memory given is spent where it helps most and nothing depends on the order of threads. Where
@@ -12,7 +13,6 @@
 use super::buffers::Buffers;
 use super::compact::Compact;
 use super::request::SHIFTS;
-use super::sort::Sort;
 use crate::gpu::structs::ChoosePush;
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Compute, Gpu, spirv};
@@ -38,20 +38,15 @@ pub(crate) struct Allocate {
 }
 
 impl Allocate {
-    pub(crate) fn new(
-        gpu: &Arc<Gpu>,
-        config: &Config,
-        b: &Buffers,
-        compact: Option<&Compact>,
-        page_sort: &Sort,
-    ) -> Result<Self, Error> {
+    pub(crate) fn new(gpu: &Arc<Gpu>, config: &Config, b: &Buffers, compact: Option<&Compact>) -> Result<Self, Error> {
         let table = config.table_size();
         let nodes = config.node_capacity();
         let counters = Binding::Storage(&b.counters);
         let (keys, node, list) =
             (Binding::Storage(&b.table_keys), Binding::Storage(&b.nodes), Binding::Storage(&b.node_list));
         let histogram = Binding::Storage(&b.histogram);
-        let (page_keys, page_values) = (Binding::Storage(page_sort.keys()), Binding::Storage(page_sort.values()));
+        let (chosen_keys, chosen_nodes) = (Binding::Storage(&b.chosen[0]), Binding::Storage(&b.chosen[1]));
+        let (frame, lights) = (Binding::Uniform(&b.frame), Binding::Storage(&b.lights));
         let (page, slots) = (Binding::Storage(&b.pages), Binding::Storage(&b.slots));
         let insert = compact.map(|c| {
             let bindings = [counters, Binding::Storage(&c.keys), Binding::Storage(&c.counts), keys, node, list];
@@ -64,7 +59,7 @@ impl Allocate {
                 gpu,
                 "allocate_ancestors",
                 spirv!("engine/allocate_ancestors.comp"),
-                &[counters, keys, node, list],
+                &[counters, keys, node, list, frame, lights, Binding::Storage(&b.roots)],
                 &[table, nodes, config.weight_bits()],
                 0,
             )?,
@@ -72,23 +67,23 @@ impl Allocate {
                 gpu,
                 "allocate_rank",
                 spirv!("engine/allocate_rank.comp"),
-                &[counters, node, list],
-                &[nodes, config.pressure as u32],
+                &[counters, node, list, keys],
+                &[nodes, table, config.pressure as u32],
                 0,
             )?,
             path: Compute::new(
                 gpu,
                 "allocate_path",
                 spirv!("engine/allocate_path.comp"),
-                &[counters, node, list, histogram],
-                &[nodes],
+                &[counters, node, list, histogram, keys, lights],
+                &[nodes, table],
                 0,
             )?,
             choose: Compute::new(
                 gpu,
                 "allocate_choose",
                 spirv!("engine/allocate_choose.comp"),
-                &[counters, histogram, node],
+                &[counters, histogram],
                 &[config.chosen_layers()],
                 size_of::<ChoosePush>(),
             )?,
@@ -96,16 +91,16 @@ impl Allocate {
                 gpu,
                 "allocate_defer",
                 spirv!("engine/allocate_defer.comp"),
-                &[counters, node, list, histogram],
-                &[nodes],
+                &[counters, node, list, histogram, keys, lights],
+                &[nodes, table],
                 size_of::<ChoosePush>(),
             )?,
             select: Compute::new(
                 gpu,
                 "allocate_select",
                 spirv!("engine/allocate_select.comp"),
-                &[counters, node, list, page_keys, page_values],
-                &[nodes, config.page_capacity()],
+                &[counters, node, list, chosen_keys, chosen_nodes, keys, lights],
+                &[nodes, config.page_capacity(), table],
                 0,
             )?,
             pages: Compute::new(
@@ -113,24 +108,25 @@ impl Allocate {
                 "allocate_pages",
                 spirv!("engine/allocate_pages.comp"),
                 &[
-                    Binding::Uniform(&b.frame),
+                    frame,
                     counters,
                     node,
-                    page_keys,
-                    page_values,
+                    chosen_keys,
+                    chosen_nodes,
                     page,
                     Binding::Storage(&b.pair_counts),
                     slots,
+                    lights,
                 ],
-                &[],
+                &[config.page_capacity()],
                 0,
             )?,
             entries: Compute::new(
                 gpu,
                 "allocate_entries",
                 spirv!("engine/allocate_entries.comp"),
-                &[counters, node, list, page, Binding::Storage(&b.entries), slots],
-                &[nodes],
+                &[counters, node, list, page, Binding::Storage(&b.entries), slots, keys],
+                &[nodes, table],
                 4,
             )?,
             tolerance: (-config.level_bias).ceil().max(0.0) as i32,
@@ -148,7 +144,7 @@ impl Allocate {
     }
 
     /// The sorted list of pages, at most `draws` layers of which must be drawn.
-    pub(crate) fn record_pages(&self, cmd: vk::CommandBuffer, b: &Buffers, page_sort: &Sort, draws: u32) {
+    pub(crate) fn record_pages(&self, cmd: vk::CommandBuffer, draws: u32) {
         let next = || sync::barrier(&self.device, cmd, &[(Access::ComputeWrite, Access::ComputeWrite)]);
         self.rank.dispatch(cmd, &(), GROUPS);
         next();
@@ -165,8 +161,7 @@ impl Allocate {
         }
         self.select.dispatch(cmd, &(), GROUPS);
         next();
-        page_sort.record(cmd, b);
-        self.pages.dispatch(cmd, &(), [4, 1, 1]);
+        self.pages.dispatch(cmd, &(), [16, 1, 1]);
     }
 
     /// Page table entries, once it is known which pages serve.

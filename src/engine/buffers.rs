@@ -1,6 +1,9 @@
 //! Everything the engine keeps on the device, allocated once.
 
-use crate::gpu::structs::{COMMAND_BYTES, Counters, Frame, ITEM_BYTES, Node, PAIR_BYTES, Page, RUN, Slot, Tracked};
+use super::constants::FACES;
+use crate::gpu::structs::{
+    COMMAND_BYTES, Counters, Frame, ITEM_BYTES, LightRecord, Node, PAIR_BYTES, Page, RUN, Slot, Tracked,
+};
 use crate::gpu::{Buffer, Gpu, Image, ImageSpec, Memory};
 use crate::host::SceneBuffers;
 use crate::{Config, Error};
@@ -23,7 +26,15 @@ pub(crate) mod arguments {
 }
 
 pub(crate) struct Buffers {
+    /// The constants of the first view, for the passes that are not of one view.
     pub(crate) frame: Buffer,
+    /// A record for each light of each view.
+    pub(crate) lights: Buffer,
+    /// Table slot + 1 of the root of each face.
+    pub(crate) roots: Buffer,
+    pub(crate) active_faces: Buffer,
+    /// Fills bindings that a pass does not touch.
+    pub(crate) nothing: Buffer,
     pub(crate) counters: Buffer,
     pub(crate) readback: Buffer,
     pub(crate) arguments: Buffer,
@@ -32,6 +43,8 @@ pub(crate) struct Buffers {
     pub(crate) nodes: Buffer,
     pub(crate) node_list: Buffer,
     pub(crate) histogram: Buffer,
+    /// Keys and table slots of the chosen pages.
+    pub(crate) chosen: [Buffer; 2],
     pub(crate) pages: Buffer,
     pub(crate) slots: Buffer,
     pub(crate) order: Buffer,
@@ -42,13 +55,11 @@ pub(crate) struct Buffers {
     pub(crate) pair_counts: Buffer,
     pub(crate) pairs: Buffer,
     pub(crate) commands: Buffer,
-    pub(crate) receiver: Image,
     pub(crate) atlas: Image,
-    pub(crate) visibility: Image,
 }
 
 impl Buffers {
-    pub(crate) fn new(gpu: &Arc<Gpu>, config: &Config, scene: &SceneBuffers) -> Result<Self, Error> {
+    pub(crate) fn new(gpu: &Arc<Gpu>, config: &Config, scene: &SceneBuffers, views: u32) -> Result<Self, Error> {
         use vk::BufferUsageFlags as U;
         let none = U::empty();
         let storage = |name: &str, bytes: u64, extra: U| Buffer::storage(gpu, name, bytes, extra);
@@ -58,9 +69,8 @@ impl Buffers {
         let instances = u64::from(scene.instance_count);
         // every instance ends with a run that may not be full
         let runs = ITEM_BYTES * (u64::from(scene.caster_count / RUN) + instances);
-        let [width, height] = config.size;
-        let screen =
-            |name, format, usage| Image::new(gpu, name, &ImageSpec { format, width, height, layers: 0, usage });
+        let faces = u64::from(config.lights * FACES);
+        let records = u64::from(config.lights * views) * size_of::<LightRecord>() as u64;
         use vk::ImageUsageFlags as I;
         Ok(Self {
             frame: Buffer::new(
@@ -70,6 +80,10 @@ impl Buffers {
                 U::UNIFORM_BUFFER | U::TRANSFER_DST,
                 Memory::Device,
             )?,
+            lights: storage("lights", records, U::TRANSFER_DST)?,
+            roots: storage("roots of faces", 4 * faces, none)?,
+            active_faces: storage("active faces", 2 * 4 * faces, none)?,
+            nothing: storage("nothing", 16, none)?,
             counters: storage("counters", size_of::<Counters>() as u64, U::INDIRECT_BUFFER)?,
             readback: Buffer::new(
                 gpu,
@@ -79,22 +93,22 @@ impl Buffers {
                 Memory::Readback,
             )?,
             arguments: storage("indirect arguments", u64::from(arguments::WORDS) * 4, U::INDIRECT_BUFFER)?,
-            table_keys: storage("page table keys", 4 * table, none)?,
+            table_keys: storage("page table keys", 8 * table, none)?,
             entries: storage("page table entries", 4 * table, none)?,
             nodes: storage("page quadtree", size_of::<Node>() as u64 * table, none)?,
             node_list: storage("node list", 4 * u64::from(config.node_capacity()), none)?,
-            histogram: storage("rank histograms", 4 * (3 * 2048 + 8192), none)?,
+            histogram: storage("rank histograms", 4 * (3 * 4096 + 8192), none)?,
+            chosen: [storage("chosen keys", 8 * pages, none)?, storage("chosen nodes", 4 * pages, none)?],
             pages: storage("pages", size_of::<Page>() as u64 * pages, none)?,
             slots: storage("layers", size_of::<Slot>() as u64 * pages, none)?,
             order: storage("order of layers", 4 * pages, none)?,
             cleared: storage("layers to clear", 4 * pages, none)?,
             tracked: storage("tracked instances", size_of::<Tracked>() as u64 * instances, none)?,
-            changed: storage("changed bounds", 2 * 16 * instances, none)?,
+            changed: storage("changed bounds", 2 * 32 * instances, none)?,
             items: [storage("cached runs", runs, none)?, storage("moving runs", runs, none)?],
             pair_counts: storage("pair counts", 16 * pages, none)?,
             pairs: storage("pairs", PAIR_BYTES * pairs, none)?,
             commands: storage("draw commands", COMMAND_BYTES * pairs, U::INDIRECT_BUFFER)?,
-            receiver: screen("receiver planes", vk::Format::R32G32B32A32_UINT, I::STORAGE | I::SAMPLED)?,
             atlas: Image::new(
                 gpu,
                 "physical atlas",
@@ -106,7 +120,6 @@ impl Buffers {
                     usage: I::DEPTH_STENCIL_ATTACHMENT | I::SAMPLED | I::TRANSFER_SRC,
                 },
             )?,
-            visibility: screen("visibility", vk::Format::R32_SFLOAT, I::STORAGE | I::TRANSFER_SRC)?,
         })
     }
 
@@ -119,6 +132,10 @@ impl Buffers {
                 "requests",
                 self.node_list.size
                     + self.histogram.size
+                    + self.roots.size
+                    + self.active_faces.size
+                    + self.chosen[0].size
+                    + self.chosen[1].size
                     + self.pages.size
                     + self.slots.size
                     + self.order.size
@@ -126,8 +143,10 @@ impl Buffers {
             ),
             ("casters", self.tracked.size + self.changed.size + self.items[0].size + self.items[1].size),
             ("draw_lists", self.pair_counts.size + self.pairs.size + self.commands.size),
-            ("screen", self.receiver.bytes + self.visibility.bytes),
-            ("other", self.frame.size + self.counters.size + self.readback.size + self.arguments.size),
+            (
+                "other",
+                self.frame.size + self.lights.size + self.counters.size + self.readback.size + self.arguments.size,
+            ),
         ]
     }
 }

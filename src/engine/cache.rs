@@ -8,7 +8,7 @@
 //! At capacity: the least recently used layer is taken; never one of a page chosen in this frame.
 
 use super::buffers::{Buffers, arguments};
-use crate::gpu::{Binding, Compute, Gpu, spirv};
+use crate::gpu::{Binding, Buffer, Compute, Gpu, spirv};
 use crate::host::SceneBuffers;
 use crate::{Config, Error};
 use ash::vk;
@@ -24,7 +24,14 @@ pub(crate) struct Cache {
 }
 
 impl Cache {
-    pub(crate) fn new(gpu: &Arc<Gpu>, config: &Config, b: &Buffers, scene: &SceneBuffers) -> Result<Self, Error> {
+    /// `changes`: where to tell what changed of each instance.
+    pub(crate) fn new(
+        gpu: &Arc<Gpu>,
+        config: &Config,
+        b: &Buffers,
+        scene: &SceneBuffers,
+        changes: Option<&Buffer>,
+    ) -> Result<Self, Error> {
         let page = [config.page_texels, config.gutter];
         let slots = config.page_capacity();
         let frame = Binding::Uniform(&b.frame);
@@ -45,15 +52,16 @@ impl Cache {
                     Binding::Storage(&b.tracked),
                     changed,
                     Binding::Storage(&b.items[1]),
+                    Binding::Storage(changes.unwrap_or(&b.nothing)),
                 ],
-                &page,
+                &[page[0], page[1], u32::from(changes.is_some())],
                 4,
             )?,
             invalidate: Compute::new(
                 gpu,
                 "cache_invalidate",
                 spirv!("engine/cache_invalidate.comp"),
-                &[frame, counters, changed, layers, order],
+                &[frame, counters, changed, layers, order, Binding::Storage(&b.lights)],
                 &[page[0], page[1], slots],
                 0,
             )?,
@@ -61,7 +69,13 @@ impl Cache {
                 gpu,
                 "cache_adopt",
                 spirv!("engine/cache_adopt.comp"),
-                &[frame, Binding::Storage(&b.table_keys), Binding::Storage(&b.nodes), layers],
+                &[
+                    frame,
+                    Binding::Storage(&b.table_keys),
+                    Binding::Storage(&b.nodes),
+                    layers,
+                    Binding::Storage(&b.lights),
+                ],
                 &[config.table_size(), slots],
                 0,
             )?,
@@ -77,6 +91,7 @@ impl Cache {
                     order,
                     Binding::Storage(&b.cleared),
                     Binding::Storage(&b.arguments),
+                    Binding::Storage(&b.lights),
                 ],
                 &[slots],
                 4,

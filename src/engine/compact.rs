@@ -23,10 +23,9 @@ pub(crate) struct Compact {
 
 impl Compact {
     pub(crate) fn new(gpu: &Arc<Gpu>, b: &Buffers, sort: &Sort) -> Result<Self, Error> {
-        let make = |name: &str, entries: u32| {
-            Buffer::storage(gpu, name, 4 * u64::from(entries), vk::BufferUsageFlags::empty())
-        };
-        let (keys, counts) = (make("distinct keys", sort.capacity)?, make("distinct counts", sort.capacity)?);
+        let make =
+            |name: &str, words: u32| Buffer::storage(gpu, name, 4 * u64::from(words), vk::BufferUsageFlags::empty());
+        let (keys, counts) = (make("distinct keys", 2 * sort.capacity)?, make("distinct counts", sort.capacity)?);
         let heads = make("compact heads", sort.capacity.div_ceil(BLOCK))?;
         let c = Binding::Storage(&b.counters);
         let sorted = [Binding::Storage(sort.keys()), Binding::Storage(sort.values())];

@@ -1,24 +1,34 @@
-//! The constants of a frame: camera rays, light axes and the page grid, computed in double precision.
+//! The constants of a frame: camera rays, and what the passes need of each light, computed in double precision.
 
 use crate::config::LevelRule;
-use crate::gpu::structs::Frame;
+use crate::gpu::structs::{Frame, LightRecord, light_kind};
 use crate::host::{FrameInput, SceneBuffers};
-use crate::{Config, Error};
+use crate::{Config, Error, Light};
+use bytemuck::Zeroable;
 use glam::{DVec2, DVec3};
 
-/// Level whose pages cover all casters: four of them at most.
-pub const ROOT_LEVEL: i32 = 13;
+/// The coarsest level: one page holds all that a face sees.
+pub const ROOT_LEVEL: i32 = 23;
 
-/// Level-0 page on the grid through the origin where keys start: two root pages to each side.
-const ANCHOR: i32 = -(1 << ROOT_LEVEL);
+/// Faces of a light; directional and most spot lights use the first only.
+pub const FACES: u32 = 6;
+
+/// Level-0 pages from the middle of a face to its side.
+const HALF: i32 = 1 << (ROOT_LEVEL - 1);
+
+/// Spots that open farther, in degrees from the axis, are seen through the faces of a cube.
+pub(crate) const WIDEST_FACE_DEG: f64 = 60.0;
+
+/// Distance of the farthest caster within a light's range over that of its near plane.
+const RANGE_OVER_NEAR: f64 = 4096.0;
 
 /// The page grid of a directional light. All but the axes depends on the scene alone, so that pages outlive small turns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Grid {
     /// Light axes; `z` is the direction of travel.
     pub(crate) axes: [DVec3; 3],
-    /// Side of a level-0 page: a power of two, so that page corners are exact in single precision.
-    pub(crate) page: f64,
+    /// Half the side of the face: a power of two, so that page corners are exact in single precision.
+    pub(crate) half: f64,
     /// Distance of the farthest caster from the origin: depths reach from minus to plus this.
     pub(crate) reach: f64,
 }
@@ -42,18 +52,15 @@ impl Grid {
         let axes = light_axes(direction)?;
         let farthest = |i: usize| scene.bounds_min[i].abs().max(scene.bounds_max[i].abs());
         let reach = DVec3::new(farthest(0), farthest(1), farthest(2)).length().max(1e-30) * (1.0 + 1e-5);
-        let root = reach.log2().ceil().exp2();
-        Ok(Self { axes, page: root / f64::from(1 << ROOT_LEVEL), reach })
-    }
-
-    #[cfg(feature = "lab")]
-    /// Length of the whole grid: two root pages.
-    pub(crate) fn extent(&self) -> f64 {
-        self.page * f64::from(2 << ROOT_LEVEL)
+        Ok(Self { axes, half: reach.log2().ceil().exp2(), reach })
     }
 }
 
-/// Constants that depend on the camera alone; the light's are zero.
+fn word(v: DVec3, w: f64) -> [f32; 4] {
+    [v.x as f32, v.y as f32, v.z as f32, w as f32]
+}
+
+/// Constants that depend on the camera alone; the others are zero.
 pub(crate) fn camera_constants(size: [u32; 2], input: &FrameInput) -> Frame {
     let camera = &input.camera;
     let aspect = f64::from(size[0]) / f64::from(size[1]);
@@ -63,7 +70,6 @@ pub(crate) fn camera_constants(size: [u32; 2], input: &FrameInput) -> Frame {
     let dx = right * (2.0 * half * aspect / f64::from(size[0]));
     let dy = up * (-2.0 * half / f64::from(size[1]));
     let corner = -back + up * half - right * (half * aspect);
-    let word = |v: DVec3, w: f64| [v.x as f32, v.y as f32, v.z as f32, w as f32];
     Frame {
         clip_from_eye: camera.clip_from_eye_relative(aspect).to_cols_array_2d(),
         ray_corner: word(corner, camera.near),
@@ -71,7 +77,7 @@ pub(crate) fn camera_constants(size: [u32; 2], input: &FrameInput) -> Frame {
         ray_dy: word(dy, dy.length()),
         eye: word(camera.eye - input.origin, 0.0),
         size: [size[0], size[1], 0, 0],
-        ..bytemuck::Zeroable::zeroed()
+        ..Zeroable::zeroed()
     }
 }
 
@@ -88,41 +94,85 @@ pub(crate) struct History {
     pub(crate) page_cost: u32,
 }
 
-/// All constants of a frame.
-pub(crate) fn constants(
-    config: &Config,
-    scene: &SceneBuffers,
-    input: &FrameInput,
-    history: &History,
-) -> Result<Frame, Error> {
-    let grid = Grid::new(input.light_direction, scene)?;
-    let eye = input.camera.eye - input.origin;
-    let units = DVec2::new(eye.dot(grid.axes[0]), eye.dot(grid.axes[1])) / grid.page;
-    let whole = units.floor();
-    let inside = units - whole;
-    let page = |v: f64| (v - f64::from(ANCHOR)).clamp(-1e9, 1e9) as i32;
-    let word = |v: DVec3, w: f64| [v.x as f32, v.y as f32, v.z as f32, w as f32];
-    let interior = f64::from(config.page_texels - 2 * config.gutter);
-    let range = 2.0 * grid.reach;
-    let bias = f64::from(config.level_bias + history.bias);
-    // rounding of a light-space depth: a few units in the last place of the largest coordinate
-    let rounding = 8.0 * f64::from(f32::EPSILON) * range;
-    Ok(Frame {
-        light_x: word(grid.axes[0], inside.x),
-        light_y: word(grid.axes[1], inside.y),
-        light_z: word(grid.axes[2], eye.dot(grid.axes[2]) + grid.reach),
-        eye_page: [page(whole.x), page(whole.y), 0, 0],
-        anchor_page: [ANCHOR, ANCHOR, 0, 0],
-        page: [grid.page as f32, (1.0 / grid.page) as f32, (1.0 / range) as f32, -grid.reach as f32],
-        rule: [
-            ((interior / grid.page).powi(2) * (2.0 * bias).exp2()) as f32,
-            config.bias_texels,
-            rounding as f32,
-            interior as f32,
-        ],
+/// All constants of a view's frame but those of its lights.
+pub(crate) fn constants(config: &Config, scene: &SceneBuffers, input: &FrameInput, history: &History) -> Frame {
+    let camera = camera_constants(config.size, input);
+    let diagonal = DVec3::from(scene.bounds_max).distance(scene.bounds_min.into());
+    let ray_start = (1e-5 * diagonal) as f32;
+    Frame {
         size: [config.size[0], config.size[1], u32::from(config.level_rule == LevelRule::MinLength), 0],
         cache: [history.flags, history.frame, config.still_frames, history.page_cost],
-        drift: [(grid.reach * interior / grid.page) as f32, config.drift_texels, 0.0, 0.0],
-        ..camera_constants(config.size, input)
-    })
+        rule: [config.interior() as f32, config.bias_texels, config.drift_texels, ray_start],
+        ..camera
+    }
+}
+
+/// What the passes need of a light for an eye, relative to the scene's origin like the casters. `bias`: level bias.
+pub(crate) fn light_record(
+    config: &Config,
+    scene: &SceneBuffers,
+    light: &Light,
+    input: &FrameInput,
+    bias: f32,
+) -> Result<LightRecord, Error> {
+    let eye = input.camera.eye - input.origin;
+    let interior = f64::from(config.interior());
+    // factor on the squared projected footprint of a pixel
+    let squared = |units: f64| ((interior * units).powi(2) * (2.0 * f64::from(bias)).exp2()) as f32;
+    // rounding of a coordinate: a few units in the last place of the largest
+    let rounding = |largest: f64| (8.0 * f64::from(f32::EPSILON) * largest) as f32;
+    let kind = |kind: u32| [kind, 0, 0, config.finest_level() as u32];
+    let local = |kind_of: u32, axes: [DVec3; 3], position: DVec3, range: f64, tan: f64, cosine: f64| {
+        let place = position - input.origin;
+        let (low, high) = (DVec3::from(scene.bounds_min), DVec3::from(scene.bounds_max));
+        let farthest = (low - place).abs().max((high - place).abs()).length().min(range);
+        LightRecord {
+            axis_x: word(axes[0] / tan, tan * tan),
+            axis_y: word(axes[1] / tan, tan * tan),
+            axis_z: word(axes[2], 0.0),
+            place: word(place, range),
+            eye: word(eye - place, cosine),
+            scale: [HALF as f32, 1.0 / HALF as f32, (farthest / RANGE_OVER_NEAR) as f32, 0.0],
+            rule: [squared(f64::from(HALF)), rounding(place.length() + farthest), 0.0, 0.0],
+            eye_page: [0; 4],
+            kind: kind(kind_of),
+        }
+    };
+    match light {
+        Light::Directional { direction, .. } => {
+            let grid = Grid::new(*direction, scene)?;
+            let page = grid.half / f64::from(HALF);
+            let units = DVec2::new(eye.dot(grid.axes[0]), eye.dot(grid.axes[1])) / page;
+            let whole = units.floor();
+            let inside = units - whole;
+            let at = |v: f64| (v + f64::from(HALF)).clamp(-1e9, 1e9) as i32;
+            Ok(LightRecord {
+                axis_x: word(grid.axes[0], inside.x),
+                axis_y: word(grid.axes[1], inside.y),
+                axis_z: word(grid.axes[2], grid.reach - eye.dot(grid.axes[2])),
+                scale: [(1.0 / page) as f32, page as f32, (0.5 / grid.reach) as f32, grid.reach as f32],
+                rule: [squared(1.0 / page), rounding(2.0 * grid.reach), (grid.reach * interior / page) as f32, 0.0],
+                eye_page: [at(whole.x), at(whole.y), 0, 0],
+                kind: kind(light_kind::DIRECTIONAL),
+                ..Zeroable::zeroed()
+            })
+        }
+        Light::Spot { position, direction, outer_angle_deg, range, .. } => {
+            let axes = light_axes(*direction)?;
+            let outer = outer_angle_deg.to_radians();
+            Ok(if *outer_angle_deg > WIDEST_FACE_DEG {
+                local(light_kind::CUBE, axes, *position, *range, 1.0, outer.cos())
+            } else {
+                local(light_kind::SPOT, axes, *position, *range, outer.tan() * (1.0 + 1e-4), outer.cos())
+            })
+        }
+        Light::Point { position, range } => {
+            Ok(local(light_kind::CUBE, [DVec3::X, DVec3::Y, DVec3::Z], *position, *range, 1.0, -2.0))
+        }
+        Light::Area { .. } => Err(Error::Limit {
+            field: "light",
+            given: "an area light".into(),
+            limit: "a directional, spot or point light without extent".into(),
+        }),
+    }
 }

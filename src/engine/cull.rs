@@ -5,6 +5,7 @@
 //! anything is drawn into it. At capacity of indices: whole clusters are drawn.
 
 use super::buffers::{Buffers, arguments};
+use super::constants::FACES;
 use crate::gpu::structs::{ItemPush, TrianglePush};
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Compute, Gpu, spirv};
@@ -22,6 +23,7 @@ pub(super) fn groups(threads: u32) -> [u32; 3] {
 }
 
 pub(crate) struct Cull {
+    faces: Compute,
     prepare: Compute,
     touch: Compute,
     instances: Compute,
@@ -31,13 +33,15 @@ pub(crate) struct Cull {
     emit: [Compute; 2],
     triangles: Compute,
     instance_count: u32,
+    face_groups: u32,
     first_compacted: u32,
     device: ash::Device,
 }
 
 impl Cull {
     pub(crate) fn new(gpu: &Arc<Gpu>, config: &Config, b: &Buffers, scene: &SceneBuffers) -> Result<Self, Error> {
-        let page = [config.page_texels, config.gutter];
+        let faces = config.lights * FACES;
+        let walk = [config.page_texels, config.gutter, config.table_size(), faces];
         let frame = Binding::Uniform(&b.frame);
         let (counters, nodes) = (Binding::Storage(&b.counters), Binding::Storage(&b.nodes));
         let (pages, counts, pairs) =
@@ -46,16 +50,30 @@ impl Cull {
         let clusters = Binding::External(scene.clusters);
         let items = [Binding::Storage(&b.items[0]), Binding::Storage(&b.items[1])];
         let arguments = Binding::Storage(&b.arguments);
+        let lights = Binding::Storage(&b.lights);
+        // what a walk down the quadtrees needs
+        let trees =
+            [Binding::Storage(&b.table_keys), lights, Binding::Storage(&b.roots), Binding::Storage(&b.active_faces)];
         let count = |layer: usize| {
             let bindings = [frame, counters, nodes, items[layer], instances, meshes, clusters, pages, counts];
-            Compute::new(gpu, "cull_count", spirv!("engine/cull_count.comp"), &bindings, &page, 4)
+            let bindings = [&bindings[..], &trees].concat();
+            Compute::new(gpu, "cull_count", spirv!("engine/cull_count.comp"), &bindings, &walk, 4)
         };
         let emit = |layer: usize| {
             let bindings = [frame, counters, nodes, items[layer], instances, meshes, clusters, pages, counts, pairs];
-            let constants = [page[0], page[1], config.pair_capacity];
+            let bindings = [&bindings[..], &trees].concat();
+            let constants = [walk[0], walk[1], walk[2], walk[3], config.pair_capacity];
             Compute::new(gpu, "cull_emit", spirv!("engine/cull_emit.comp"), &bindings, &constants, 4)
         };
         Ok(Self {
+            faces: Compute::new(
+                gpu,
+                "cull_faces",
+                spirv!("engine/cull_faces.comp"),
+                &[frame, counters, nodes, Binding::Storage(&b.roots), Binding::Storage(&b.active_faces)],
+                &[faces],
+                4,
+            )?,
             prepare: Compute::new(
                 gpu,
                 "cull_prepare",
@@ -68,16 +86,20 @@ impl Cull {
                 gpu,
                 "cull_touch",
                 spirv!("engine/cull_touch.comp"),
-                &[frame, counters, nodes, items[1], instances, meshes, clusters],
-                &page,
+                &[&[frame, counters, nodes, items[1], instances, meshes, clusters], &trees[..]].concat(),
+                &walk,
                 0,
             )?,
             instances: Compute::new(
                 gpu,
                 "cull_instances",
                 spirv!("engine/cull_instances.comp"),
-                &[frame, counters, nodes, instances, meshes, Binding::Storage(&b.tracked), pages, items[0]],
-                &page,
+                &[
+                    &[frame, counters, nodes, instances, meshes, Binding::Storage(&b.tracked), pages, items[0]],
+                    &trees[..],
+                ]
+                .concat(),
+                &walk,
                 4,
             )?,
             count: [count(0)?, count(1)?],
@@ -85,7 +107,7 @@ impl Cull {
                 gpu,
                 "cull_admit",
                 spirv!("engine/cull_admit.comp"),
-                &[frame, counters, pages, counts, arguments, nodes],
+                &[frame, counters, pages, counts, arguments, nodes, lights],
                 &[config.pair_capacity, DISPATCH_X],
                 4,
             )?,
@@ -105,11 +127,13 @@ impl Cull {
                     Binding::External(scene.indices),
                     Binding::Storage(&b.commands),
                     Binding::External(scene.meshlets),
+                    lights,
                 ],
-                &[page[0], page[1], config.pair_capacity, config.index_capacity, config.cull_group],
+                &[walk[0], walk[1], config.pair_capacity, config.index_capacity, config.cull_group],
                 size_of::<TrianglePush>(),
             )?,
             instance_count: scene.instance_count,
+            face_groups: faces.div_ceil(64),
             first_compacted: scene.index_count,
             device: gpu.device.clone(),
         })
@@ -126,14 +150,22 @@ impl Cull {
         );
     }
 
+    /// Lists the faces that matter: 0 those with pages, 1 those with pages to draw.
+    fn record_faces(&self, cmd: vk::CommandBuffer, list: u32) {
+        self.faces.dispatch(cmd, &list, [self.face_groups, 1, 1]);
+    }
+
     /// Marks the pages that moving clusters touch.
     pub(crate) fn record_touch(&self, cmd: vk::CommandBuffer, b: &Buffers) {
+        self.record_faces(cmd, 0);
         self.record_prepare(cmd, 1);
         self.touch.dispatch_indirect(cmd, &(), &b.arguments, 4 * u64::from(arguments::ITEMS[1]));
     }
 
     /// Counts the pairs of the pages that are drawn and admits pages.
     pub(crate) fn record_admission(&self, cmd: vk::CommandBuffer, b: &Buffers) {
+        self.record_faces(cmd, 1);
+        sync::barrier(&self.device, cmd, &[(Access::ComputeWrite, Access::ComputeWrite)]);
         self.instances.dispatch(cmd, &self.instance_count, groups(self.instance_count));
         sync::barrier(&self.device, cmd, &[(Access::ComputeWrite, Access::ComputeWrite)]);
         self.record_prepare(cmd, 0);

@@ -1,17 +1,28 @@
 //! The timeline of a frame: every pass in order and every barrier between passes.
 
 use super::Engine;
-use crate::gpu::structs::{Counters, frame_flags};
+use crate::gpu::Timer;
+use crate::gpu::structs::{Counters, Frame, LightRecord, frame_flags, light_kind};
 use crate::gpu::sync::{self, Access::*};
-use crate::gpu::{Timer, structs::Frame};
 use ash::vk;
+
+/// Most bytes that one command writes into a buffer.
+const UPDATE: usize = 65536;
+
+/// What the CPU knows of a frame.
+pub(super) struct FrameData {
+    /// For each view.
+    pub(super) constants: Vec<Frame>,
+    /// For each slot of each view.
+    pub(super) lights: Vec<LightRecord>,
+}
 
 impl Engine {
     /// Records one frame. Commands do not depend on what the GPU finds.
-    pub(super) fn record_timeline(&self, cmd: vk::CommandBuffer, constants: &Frame, mut timer: Option<&mut Timer>) {
-        // the first frame of all is not one in which the light turned
-        let turned = constants.cache[0] & (frame_flags::LIGHT_MOVED | frame_flags::FORGET_PAGES);
-        let draws = self.steering.pages(turned == frame_flags::LIGHT_MOVED);
+    pub(super) fn record_timeline(&self, cmd: vk::CommandBuffer, data: &FrameData, mut timer: Option<&mut Timer>) {
+        let constants = &data.constants[0];
+        let sun = data.constants.iter().all(|c| c.lights[0] == 1 && c.sun.kind[0] == light_kind::DIRECTIONAL);
+        let draws = self.steering.pages(constants.cache[0] & frame_flags::LIGHT_MOVED != 0);
         let device = &self.gpu.device;
         let b = &self.buffers;
         let size = self.config.size;
@@ -41,7 +52,14 @@ impl Engine {
         // SAFETY: the command buffer is recording; the constants are smaller than 64 KiB
         unsafe {
             device.cmd_update_buffer(cmd, b.frame.raw, 0, bytemuck::bytes_of(constants));
-            for buffer in [&b.counters, &b.table_keys, &b.entries, &b.nodes, &b.histogram] {
+            for (view, constants) in self.views.iter().zip(&data.constants) {
+                device.cmd_update_buffer(cmd, view.buffers.frame.raw, 0, bytemuck::bytes_of(constants));
+            }
+            let records: &[u8] = bytemuck::cast_slice(&data.lights);
+            for (i, part) in records.chunks(UPDATE).enumerate() {
+                device.cmd_update_buffer(cmd, b.lights.raw, (i * UPDATE) as u64, part);
+            }
+            for buffer in [&b.counters, &b.table_keys, &b.entries, &b.nodes, &b.histogram, &b.roots] {
                 device.cmd_fill_buffer(cmd, buffer.raw, 0, vk::WHOLE_SIZE, 0);
             }
             if let Some(compact) = &self.compact {
@@ -50,29 +68,44 @@ impl Engine {
             if !self.gpu.draw_indirect_count {
                 device.cmd_fill_buffer(cmd, b.commands.raw, 0, vk::WHOLE_SIZE, 0);
             }
+            if let Some(bvh) = &self.bvh {
+                bvh.record_reset(cmd);
+                device.cmd_fill_buffer(cmd, bvh.changes.raw, 0, 4, 0);
+            }
+            for exact in self.views.iter().filter_map(|view| view.exact.as_ref()) {
+                device.cmd_fill_buffer(cmd, exact.count.raw, 0, vk::WHOLE_SIZE, 0);
+            }
         }
         sync::barrier(
             device,
             cmd,
             &[(TransferWrite, ComputeWrite), (TransferWrite, ComputeRead), (TransferWrite, GraphicsRead)],
         );
-        sync::discard(device, cmd, &b.receiver, ComputeRead, StorageImage);
-        sync::discard(device, cmd, &b.visibility, TransferRead, StorageImage);
+        for view in &self.views {
+            sync::discard(device, cmd, &view.buffers.receiver, ComputeRead, StorageImage);
+            sync::discard(device, cmd, &view.buffers.mask, TransferRead, StorageImage);
+        }
         stage("reset");
 
-        self.gradient.record(cmd, size);
-        sync::image(device, cmd, &b.receiver, StorageImage, ComputeRead);
+        for view in &self.views {
+            view.gradient.record(cmd, size);
+            sync::image(device, cmd, &view.buffers.receiver, StorageImage, ComputeRead);
+        }
         stage("gradient");
 
-        self.request.record_first(cmd);
+        for view in &self.views {
+            view.request.record_first(cmd, sun);
+        }
         for attempt in 1..=3 {
             next();
-            self.request.record_decision(cmd, attempt);
+            self.views[0].request.record_decision(cmd, attempt);
             sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite), (ComputeWrite, IndirectRead)]);
-            self.request.record_retry(cmd, b, attempt);
+            for view in &self.views {
+                view.request.record_retry(cmd, b, attempt, sun);
+            }
         }
         next();
-        self.request.record_decision(cmd, 4);
+        self.views[0].request.record_decision(cmd, 4);
         next();
         stage("request");
 
@@ -98,7 +131,14 @@ impl Engine {
         next();
         stage("cache");
 
-        self.allocate.record_pages(cmd, b, &self.page_sort, draws);
+        if let Some(bvh) = &self.bvh {
+            sync::barrier(device, cmd, &[(IndirectRead, ComputeWrite)]);
+            bvh.record(cmd);
+            next();
+            stage("bvh");
+        }
+
+        self.allocate.record_pages(cmd, draws);
         next();
         stage("allocate");
 
@@ -138,9 +178,21 @@ impl Engine {
         sync::image(device, cmd, &b.atlas, DepthAttachment, ComputeRead);
         stage("tiles");
 
-        self.lookup.record(cmd, size);
-        sync::image(device, cmd, &b.visibility, StorageImage, TransferRead);
+        for view in &self.views {
+            view.lookup.record(cmd, size, sun);
+        }
         stage("lookup");
+
+        if self.bvh.is_some() {
+            next();
+            for exact in self.views.iter().filter_map(|view| view.exact.as_ref()) {
+                exact.record(cmd);
+            }
+            stage("exact");
+        }
+        for view in &self.views {
+            sync::image(device, cmd, &view.buffers.mask, StorageImage, TransferRead);
+        }
 
         let copy = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: size_of::<Counters>() as u64 }];
         sync::barrier(device, cmd, &[(HostRead, TransferWrite), (TransferWrite, TransferWrite)]);

@@ -1,7 +1,6 @@
 //! The receiver's plane of every pixel: geometric normal and world-space derivatives per pixel.
 //! Reads: depth, normal. Writes: receiver planes (16 bytes a pixel). No capacity.
 
-use super::buffers::Buffers;
 use crate::Error;
 use crate::gpu::{Binding, Compute, Gpu, spirv};
 use crate::host::Receivers;
@@ -23,9 +22,5 @@ impl Gradient {
 
     pub(crate) fn record(&self, cmd: vk::CommandBuffer, size: [u32; 2]) {
         self.0.dispatch(cmd, &(), [size[0].div_ceil(8), size[1].div_ceil(8), 1]);
-    }
-
-    pub(crate) fn for_engine(gpu: &Arc<Gpu>, b: &Buffers, receivers: &Receivers) -> Result<Self, Error> {
-        Self::new(gpu, Binding::Uniform(&b.frame), receivers, Binding::StorageImage(&b.receiver))
     }
 }

@@ -1,54 +1,76 @@
-//! The full-screen mask.
-//! Reads: depth, receiver planes, page table, atlas. Writes: visibility. No capacity.
+//! The full-screen mask: visibility towards every light.
+//! Reads: depth, receiver planes, lights of each tile, page table, atlas. Writes: mask. No capacity.
 
 use super::buffers::Buffers;
-use crate::gpu::{Binding, Compute, Gpu, Image, spirv};
+use super::exact::Exact;
+use super::view::ViewBuffers;
+#[cfg(feature = "lab")]
+use crate::gpu::Image;
+use crate::gpu::{Binding, Compute, Gpu, spirv};
 use crate::host::Receivers;
 use crate::{Config, Error};
 use ash::vk;
 use std::sync::Arc;
 
-pub(crate) struct Lookup(Compute);
+/// For any lights, and for one sun.
+pub(crate) struct Lookup([Compute; 2]);
 
 impl Lookup {
-    pub(crate) fn new(gpu: &Arc<Gpu>, config: &Config, b: &Buffers, receivers: &Receivers) -> Result<Self, Error> {
-        Self::with(gpu, "lookup", spirv!("engine/lookup.comp"), config, b, receivers, &b.visibility)
+    pub(crate) fn new(
+        gpu: &Arc<Gpu>,
+        config: &Config,
+        b: &Buffers,
+        view: &ViewBuffers,
+        receivers: &Receivers,
+        exact: Option<&Exact>,
+    ) -> Result<Self, Error> {
+        let common = Self::common(b, view, receivers);
+        let bindings =
+            [&common[..6], &[Binding::StorageImage(&view.mask), common[6], Binding::Storage(&view.tile_lights)]];
+        // without rays these are not touched, but every binding must be filled
+        let rays = exact.map_or([&view.nothing; 3], |e| [&e.count, &e.items, &e.rays]).map(Binding::Storage);
+        let bindings = [&bindings.concat()[..], &rays].concat();
+        let capacity = exact.map_or(0, |exact| exact.capacity);
+        let pass = |sun| {
+            let exact = u32::from(exact.is_some());
+            let constants = [config.table_size(), config.gutter, config.mask_bits, sun, exact, capacity];
+            Compute::new(gpu, "lookup", spirv!("engine/lookup.comp"), &bindings, &constants, 0)
+        };
+        Ok(Self([pass(0)?, pass(1)?]))
     }
 
     #[cfg(feature = "lab")]
-    /// For debugging: the page table entry of every pixel instead of its visibility, into an R32_UINT image.
+    /// For debugging: the page table entry of every pixel for the first light, into an R32_UINT image.
     pub(crate) fn entries(
         gpu: &Arc<Gpu>,
         config: &Config,
         b: &Buffers,
+        view: &ViewBuffers,
         receivers: &Receivers,
         target: &Image,
-    ) -> Result<Self, Error> {
-        Self::with(gpu, "lookup_entries", spirv!("engine/lookup_entries.comp"), config, b, receivers, target)
+    ) -> Result<Compute, Error> {
+        let common = Self::common(b, view, receivers);
+        let bindings = [&common[..6], &[Binding::StorageImage(target), common[6]]].concat();
+        let constants = [config.table_size(), config.gutter];
+        let words = spirv!("engine/lookup_entries.comp");
+        Compute::new(gpu, "lookup_entries", words, &bindings, &constants, 0)
     }
 
-    fn with(
-        gpu: &Arc<Gpu>,
-        name: &'static str,
-        words: &[u8],
-        config: &Config,
-        b: &Buffers,
-        receivers: &Receivers,
-        target: &Image,
-    ) -> Result<Self, Error> {
-        let bindings = [
-            Binding::Uniform(&b.frame),
+    /// What every lookup reads; the last are the lights.
+    fn common<'a>(b: &'a Buffers, view: &'a ViewBuffers, receivers: &Receivers) -> [Binding<'a>; 7] {
+        [
+            Binding::Uniform(&view.frame),
             Binding::SampledView(receivers.depth),
-            Binding::Sampled(&b.receiver),
+            Binding::Sampled(&view.receiver),
             Binding::Storage(&b.table_keys),
             Binding::Storage(&b.entries),
             Binding::Sampled(&b.atlas),
-            Binding::StorageImage(target),
-        ];
-        Ok(Self(Compute::new(gpu, name, words, &bindings, &[config.table_size(), config.gutter], 0)?))
+            Binding::Storage(&b.lights),
+        ]
     }
 
-    pub(crate) fn record(&self, cmd: vk::CommandBuffer, size: [u32; 2]) {
-        self.0.dispatch(cmd, &(), [size[0].div_ceil(8), size[1].div_ceil(8), 1]);
+    /// `sun`: the only light is directional, in slot 0.
+    pub(crate) fn record(&self, cmd: vk::CommandBuffer, size: [u32; 2], sun: bool) {
+        self.0[usize::from(sun)].dispatch(cmd, &(), [size[0].div_ceil(8), size[1].div_ceil(8), 1]);
     }
 }

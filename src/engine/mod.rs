@@ -3,57 +3,69 @@
 
 pub(crate) mod allocate;
 pub(crate) mod buffers;
+#[cfg_attr(not(feature = "lab"), allow(dead_code))] // no pass of the engine uses it yet
+pub(crate) mod bvh;
 pub(crate) mod cache;
 pub(crate) mod compact;
 pub(crate) mod constants;
 pub(crate) mod cull;
 pub(crate) mod depth_prepass;
+#[cfg_attr(not(feature = "lab"), allow(dead_code))] // as bvh
+pub(crate) mod exact;
 mod frame;
 pub(crate) mod gradient;
+pub(crate) mod lights;
 pub(crate) mod lookup;
 pub(crate) mod request;
 pub(crate) mod sort;
 mod steer;
 pub(crate) mod tiles;
+pub(crate) mod view;
 
 pub use depth_prepass::{DepthPrepass, MeshDraw};
+pub use lights::LightId;
 
 use crate::config::RequestRoute;
 use crate::gpu::structs::{Counters, frame_flags};
 use crate::gpu::{Gpu, HostDevice, Timer};
 use crate::host::{FrameInput, Receivers, SceneBuffers};
-use crate::{Config, Error};
+use crate::{Config, Error, Light};
 use ash::vk;
 use buffers::Buffers;
+use bytemuck::Zeroable;
 use constants::History;
+use frame::FrameData;
+use lights::Lights;
 use std::sync::Arc;
+use view::View;
 
 /// Layers that `cache_assign` has room for.
 const MAX_LAYERS: u32 = 2048;
+/// Most views of a frame.
+const MAX_VIEWS: usize = 16;
 
-/// The engine: one light, one view, one scene.
+/// The engine: the lights and the views of one scene.
 pub struct Engine {
     pub(crate) config: Config,
     pub(crate) buffers: Buffers,
-    gradient: gradient::Gradient,
-    request: request::Request,
+    pub(crate) views: Vec<View>,
+    lights: Lights,
+    bvh: Option<bvh::Bvh>,
     sort: Option<sort::Sort>,
     compact: Option<compact::Compact>,
-    page_sort: sort::Sort,
     cache: cache::Cache,
     allocate: allocate::Allocate,
     cull: cull::Cull,
     tiles: tiles::Tiles,
-    lookup: lookup::Lookup,
     steering: steer::Steering,
     history: History,
-    light: Option<[[f32; 4]; 2]>,
     scene: SceneBuffers,
     gpu: Arc<Gpu>,
 }
 
 impl Engine {
-    /// Makes everything the engine needs; nothing is allocated afterwards.
+    /// Makes everything the engine needs; nothing is allocated afterwards. `views`: what each view of a frame sees, all of
+    /// [`Config::size`] pixels; they share pages.
     ///
     /// # Errors
     /// [`Error::Limit`] for a configuration out of range, [`Error::Unsupported`] for a device that lacks something,
@@ -65,20 +77,27 @@ impl Engine {
         host: &HostDevice,
         config: &Config,
         scene: &SceneBuffers,
-        receivers: &Receivers,
+        views: &[Receivers],
     ) -> Result<Self, Error> {
         // SAFETY: the caller vouches for the handles
         let gpu = unsafe { Gpu::new(host)? };
-        Self::on(&gpu, config, scene, receivers)
+        Self::on(&gpu, config, scene, views)
     }
 
     pub(crate) fn on(
         gpu: &Arc<Gpu>,
         config: &Config,
         scene: &SceneBuffers,
-        receivers: &Receivers,
+        views: &[Receivers],
     ) -> Result<Self, Error> {
         config.check(gpu.limits.max_image_array_layers.min(gpu.limits.max_framebuffer_layers).min(MAX_LAYERS))?;
+        if !(1..=MAX_VIEWS).contains(&views.len()) {
+            return Err(Error::Limit {
+                field: "views",
+                given: views.len().to_string(),
+                limit: format!("1 to {MAX_VIEWS}"),
+            });
+        }
         let (casters, least) = (scene.caster_count, Config::least_pairs(scene.caster_count));
         if config.pair_capacity < least {
             return Err(Error::Limit {
@@ -95,66 +114,94 @@ impl Engine {
                 limit: format!("at most {most}, the draws of one command on this device"),
             });
         }
-        let b = Buffers::new(gpu, config, scene)?;
-        let page_sort = sort::Sort::new(gpu, &b.counters, &b.arguments, sort::Sorted::Pages, config.page_capacity())?;
+        let b = Buffers::new(gpu, config, scene, views.len() as u32)?;
         let sort = match config.route {
             RequestRoute::Flags => None,
             RequestRoute::Sort => {
-                // a workgroup appends at most one key for each of its 64 pixels
-                let capacity = 64 * config.size[0].div_ceil(8) * config.size[1].div_ceil(8);
-                Some(sort::Sort::new(gpu, &b.counters, &b.arguments, sort::Sorted::Requests, capacity)?)
+                // room for a key for each of a workgroup's 64 pixels
+                let groups = config.size[0].div_ceil(8) * config.size[1].div_ceil(8);
+                Some(sort::Sort::new(gpu, &b.counters, &b.arguments, 64 * groups * views.len() as u32)?)
             }
         };
         let compact = sort.as_ref().map(|sort| compact::Compact::new(gpu, &b, sort)).transpose()?;
-        // the flags route appends nothing; its pass still needs every binding filled
-        let request = request::Request::new(gpu, config, &b, sort.as_ref().unwrap_or(&page_sort), receivers)?;
+        let bvh = config.exact.then(|| bvh::Bvh::new(gpu, scene)).transpose()?;
+        let view = |receivers| View::new(gpu, config, &b, sort.as_ref(), receivers, bvh.as_ref());
         Ok(Self {
-            gradient: gradient::Gradient::for_engine(gpu, &b, receivers)?,
-            request,
-            cache: cache::Cache::new(gpu, config, &b, scene)?,
-            allocate: allocate::Allocate::new(gpu, config, &b, compact.as_ref(), &page_sort)?,
+            views: views.iter().map(view).collect::<Result<_, _>>()?,
+            lights: Lights::new(config.lights),
+            cache: cache::Cache::new(gpu, config, &b, scene, bvh.as_ref().map(|bvh| &bvh.changes))?,
+            allocate: allocate::Allocate::new(gpu, config, &b, compact.as_ref())?,
             cull: cull::Cull::new(gpu, config, &b, scene)?,
             tiles: tiles::Tiles::new(gpu, config, &b, scene)?,
-            lookup: lookup::Lookup::new(gpu, config, &b, receivers)?,
+            bvh,
             sort,
             compact,
-            page_sort,
             buffers: b,
             steering: steer::Steering::new(config),
             history: History::default(),
-            light: None,
             config: config.clone(),
             scene: *scene,
             gpu: gpu.clone(),
         })
     }
 
+    /// Adds a light.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] for a light with extent or out of range, and beyond [`Config::lights`].
+    pub fn add_light(&mut self, light: &Light) -> Result<LightId, Error> {
+        self.lights.add(light)
+    }
+
+    /// Changes a light. Pages of a directional light outlive small turns ([`Config::drift_texels`]); those of others are
+    /// drawn anew after any change.
+    ///
+    /// # Errors
+    /// As [`Engine::add_light`]; [`Error::Limit`] for the id of a light that was removed.
+    pub fn set_light(&mut self, id: LightId, light: &Light) -> Result<(), Error> {
+        self.lights.set(id, light)
+    }
+
+    /// Removes a light; its slot may be given to another.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] for the id of a light that was removed.
+    pub fn remove_light(&mut self, id: LightId) -> Result<(), Error> {
+        self.lights.remove(id)
+    }
+
     /// Forgets all pages and casters: the next frame is a first one. For hosts that recorded a frame and never submitted
     /// it, or changed their buffers without telling.
     pub fn forget(&mut self) {
         self.history = History::default();
-        self.light = None;
+        self.lights.forget();
     }
 
-    /// Records one frame into `cmd`: requests, allocation, tiles, lookup. The mask is left in `TRANSFER_SRC_OPTIMAL`.
+    /// Records one frame into `cmd`: requests, allocation, tiles, lookup; one input for each view. The masks are left in
+    /// `TRANSFER_SRC_OPTIMAL`.
     ///
     /// # Errors
-    /// [`Error::Limit`] when the light's direction is zero or not finite.
+    /// [`Error::Limit`] for another number of inputs than there are views.
     ///
     /// # Safety
     /// `cmd` must be recording outside of rendering; the receivers' images must be readable by compute shaders; every
     /// recorded frame of an engine must run, once, in the order of recording (else call [`Engine::forget`]). A host that
     /// samples the mask orders that before the next frame's commands.
-    pub unsafe fn record(&mut self, cmd: vk::CommandBuffer, input: &FrameInput) -> Result<(), Error> {
-        self.record_timed(cmd, input, None)
+    pub unsafe fn record(&mut self, cmd: vk::CommandBuffer, inputs: &[FrameInput]) -> Result<(), Error> {
+        self.record_timed(cmd, inputs, None)
     }
 
     pub(crate) fn record_timed(
         &mut self,
         cmd: vk::CommandBuffer,
-        input: &FrameInput,
+        inputs: &[FrameInput],
         timer: Option<&mut Timer>,
     ) -> Result<(), Error> {
+        let views = self.views.len();
+        if inputs.len() != views {
+            let given = format!("inputs for {}", inputs.len());
+            return Err(Error::Limit { field: "views", given, limit: format!("{views}, as the engine was made") });
+        }
         let first = self.history.frame == 0;
         let mut forget = 0;
         if first || !self.config.cache {
@@ -163,20 +210,28 @@ impl Engine {
         if first {
             forget |= frame_flags::FORGET_CASTERS;
         }
-        let next = History {
+        let mut next = History {
             flags: forget,
             frame: self.history.frame.wrapping_add(1).max(1),
             bias: self.steering.bias(),
             page_cost: self.steering.page_cost(),
         };
-        let mut constants = constants::constants(&self.config, &self.scene, input, &next)?;
-        let axis = |v: [f32; 4]| [v[0], v[1], v[2], 0.0];
-        let light = [axis(constants.light_x), axis(constants.light_z)];
-        if self.light != Some(light) {
-            constants.cache[0] |= frame_flags::LIGHT_MOVED;
+        let records = |input| self.lights.records(&self.config, &self.scene, input, &next);
+        let mut lights = inputs.iter().map(records).collect::<Result<Vec<_>, _>>()?;
+        if self.lights.turned(&mut lights[0]) {
+            next.flags |= frame_flags::LIGHT_MOVED;
         }
-        (self.history, self.light) = (next, Some(light));
-        self.record_timeline(cmd, &constants, timer);
+        let (used, local) = (lights[0].len() as u32, u32::from(self.lights.any_local()));
+        let constants = (0..).zip(inputs).map(|(view, input)| {
+            let mut constants = constants::constants(&self.config, &self.scene, input, &next);
+            constants.size[3] = view * used;
+            constants.lights = [used, local, 0, 0];
+            constants.sun = lights[view as usize].first().copied().unwrap_or(Zeroable::zeroed());
+            constants
+        });
+        let data = FrameData { constants: constants.collect(), lights: lights.concat() };
+        self.history = next;
+        self.record_timeline(cmd, &data, timer);
         Ok(())
     }
 
@@ -196,13 +251,22 @@ impl Engine {
     /// Device memory by purpose, in bytes.
     pub fn memory(&self) -> Vec<(&'static str, u64)> {
         let mut memory = self.buffers.memory();
-        let sorts = self.page_sort.bytes() + self.sort.as_ref().map_or(0, sort::Sort::bytes);
-        memory.push(("sort", sorts + self.compact.as_ref().map_or(0, compact::Compact::bytes)));
+        memory.push(("screen", self.views.iter().map(|view| view.buffers.bytes()).sum()));
+        let sort = self.sort.as_ref().map_or(0, sort::Sort::bytes);
+        let rays: u64 = self.views.iter().filter_map(|view| view.exact.as_ref()).map(exact::Exact::bytes).sum();
+        memory.push(("exact", rays + self.bvh.as_ref().map_or(0, bvh::Bvh::bytes)));
+        memory.push(("sort", sort + self.compact.as_ref().map_or(0, compact::Compact::bytes)));
         memory
     }
 
-    /// The mask: R32_SFLOAT, 1 lit, 0 shadowed, 1 where there is no surface.
-    pub fn visibility(&self) -> (vk::Image, vk::ImageView) {
-        (self.buffers.visibility.raw, self.buffers.visibility.view)
+    /// The mask of a view: an array of R32_UINT images with [`Config::mask_bits`] for each light, in the order of slots from
+    /// the lowest bits of the first layer. 1 lit, 0 shadowed or not reached by the light, 1 where there is no surface. With
+    /// 32 bits the words are floats, and layer `i` is the light of slot `i`. Slots without a light mean nothing.
+    ///
+    /// # Panics
+    /// When there is no such view.
+    pub fn mask(&self, view: usize) -> (vk::Image, vk::ImageView) {
+        let mask = &self.views[view].buffers.mask;
+        (mask.raw, mask.view)
     }
 }

@@ -1,10 +1,12 @@
 //! Marks which pages the visible pixels need, at the finest level they may ask for.
-//! Reads: depth, receiver planes. Writes: page table (flags route) or keys with pixel counts (sort route).
+//! Reads: depth, receiver planes, lights. Writes: page table (flags route) or keys with pixel counts (sort route), and the
+//! lights that reach each tile of 8x8 pixels.
 //! At capacity: keeps counting; a coarser attempt follows, the last of which asks for root pages only.
 
 use super::buffers::{Buffers, arguments};
 use super::constants::ROOT_LEVEL;
 use super::sort::Sort;
+use super::view::ViewBuffers;
 use crate::config::RequestRoute;
 use crate::gpu::structs::{RequestPush, RetryPush};
 use crate::gpu::{Binding, Compute, Gpu, spirv};
@@ -17,7 +19,8 @@ use std::sync::Arc;
 pub(crate) const SHIFTS: [u32; 4] = [0, 2, 5, ROOT_LEVEL as u32];
 
 pub(crate) struct Request {
-    request: Compute,
+    /// For any lights, and for one sun.
+    request: [Compute; 2],
     retry: Compute,
     groups: [u32; 2],
 }
@@ -27,22 +30,27 @@ impl Request {
         gpu: &Arc<Gpu>,
         config: &Config,
         b: &Buffers,
-        sort: &Sort,
+        view: &ViewBuffers,
+        sort: Option<&Sort>,
         receivers: &Receivers,
     ) -> Result<Self, Error> {
         let flags = config.route == RequestRoute::Flags;
-        let capacity = if flags { config.request_capacity() } else { sort.capacity };
+        let capacity = sort.map_or(config.request_capacity(), |sort| sort.capacity);
+        // the flags route appends nothing; its pass still needs every binding filled
+        let [keys, values] = sort.map_or([&b.chosen[0], &b.chosen[1]], |sort| [sort.keys(), sort.values()]);
         let constants = [config.table_size(), u32::from(flags), capacity];
         let bindings = [
-            Binding::Uniform(&b.frame),
+            Binding::Uniform(&view.frame),
             Binding::SampledView(receivers.depth),
-            Binding::Sampled(&b.receiver),
+            Binding::Sampled(&view.receiver),
             Binding::Storage(&b.counters),
             Binding::Storage(&b.table_keys),
             Binding::Storage(&b.nodes),
             Binding::Storage(&b.node_list),
-            Binding::Storage(sort.keys()),
-            Binding::Storage(sort.values()),
+            Binding::Storage(keys),
+            Binding::Storage(values),
+            Binding::Storage(&b.lights),
+            Binding::Storage(&view.tile_lights),
         ];
         let retry = [
             Binding::Storage(&b.counters),
@@ -50,15 +58,13 @@ impl Request {
             Binding::Storage(&b.nodes),
             Binding::Storage(&b.arguments),
         ];
+        let request = |sun: u32| {
+            let constants = [constants[0], constants[1], constants[2], sun];
+            let push = size_of::<RequestPush>();
+            Compute::new(gpu, "request", spirv!("engine/request.comp"), &bindings, &constants, push)
+        };
         Ok(Self {
-            request: Compute::new(
-                gpu,
-                "request",
-                spirv!("engine/request.comp"),
-                &bindings,
-                &constants,
-                size_of::<RequestPush>(),
-            )?,
+            request: [request(0)?, request(1)?],
             retry: Compute::new(
                 gpu,
                 "request_retry",
@@ -71,9 +77,13 @@ impl Request {
         })
     }
 
-    /// Attempt 0 runs always.
-    pub(crate) fn record_first(&self, cmd: vk::CommandBuffer) {
-        self.request.dispatch(cmd, &RequestPush { attempt: 0, shift: SHIFTS[0] }, [self.groups[0], self.groups[1], 1]);
+    /// Attempt 0 runs always. `sun`: the only light is directional, in slot 0.
+    pub(crate) fn record_first(&self, cmd: vk::CommandBuffer, sun: bool) {
+        self.request[usize::from(sun)].dispatch(
+            cmd,
+            &RequestPush { attempt: 0, shift: SHIFTS[0] },
+            [self.groups[0], self.groups[1], 1],
+        );
     }
 
     /// Decides on the GPU whether attempt `next` must run; 4 follows the last and only takes stock.
@@ -89,8 +99,9 @@ impl Request {
     }
 
     /// Attempt `next`, 1 to 3; an empty dispatch when the one before sufficed.
-    pub(crate) fn record_retry(&self, cmd: vk::CommandBuffer, b: &Buffers, next: usize) {
+    pub(crate) fn record_retry(&self, cmd: vk::CommandBuffer, b: &Buffers, next: usize, sun: bool) {
         let push = RequestPush { attempt: next as u32, shift: SHIFTS[next] };
-        self.request.dispatch_indirect(cmd, &push, &b.arguments, 4 * u64::from(arguments::RETRY[next - 1]));
+        let offset = 4 * u64::from(arguments::RETRY[next - 1]);
+        self.request[usize::from(sun)].dispatch_indirect(cmd, &push, &b.arguments, offset);
     }
 }

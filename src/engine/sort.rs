@@ -1,4 +1,4 @@
-//! Radix sort of 32-bit keys with a 32-bit value each: eight stable passes over 4-bit digits, without subgroups.
+//! Radix sort of 64-bit keys with a 32-bit value each: sixteen stable passes over 4-bit digits, without subgroups.
 //! Reads and writes: keys, values. The number of entries comes from the counters; at capacity the rest is not sorted.
 
 use super::buffers::{Buffers, arguments};
@@ -11,18 +11,10 @@ use std::sync::Arc;
 
 /// Entries a workgroup handles.
 pub(crate) const BLOCK: u32 = 512;
-const DIGITS: u32 = 8;
-
-/// What is sorted.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Sorted {
-    Requests,
-    Pages,
-}
+const DIGITS: u32 = 16;
 
 pub(crate) struct Sort {
     pub(crate) capacity: u32,
-    what: Sorted,
     keys: [Buffer; 2],
     values: [Buffer; 2],
     histogram: Buffer,
@@ -38,12 +30,13 @@ impl Sort {
         gpu: &Arc<Gpu>,
         counters: &Buffer,
         argument_buffer: &Buffer,
-        what: Sorted,
         capacity: u32,
     ) -> Result<Self, Error> {
-        let make = |name: &str| Buffer::storage(gpu, name, 4 * u64::from(capacity), vk::BufferUsageFlags::empty());
-        let keys = [make("sort keys 0")?, make("sort keys 1")?];
-        let values = [make("sort values 0")?, make("sort values 1")?];
+        let make = |name: &str, bytes: u64| {
+            Buffer::storage(gpu, name, bytes * u64::from(capacity), vk::BufferUsageFlags::empty())
+        };
+        let keys = [make("sort keys 0", 8)?, make("sort keys 1", 8)?];
+        let values = [make("sort values 0", 4)?, make("sort values 1", 4)?];
         let blocks = u64::from(capacity.div_ceil(BLOCK));
         let histogram = Buffer::storage(gpu, "sort histogram", 4 * 16 * blocks, vk::BufferUsageFlags::empty())?;
         let constants = [BLOCK];
@@ -84,7 +77,6 @@ impl Sort {
             count,
             scatter,
             capacity,
-            what,
             keys,
             values,
             histogram,
@@ -110,8 +102,7 @@ impl Sort {
     pub(crate) fn record(&self, cmd: vk::CommandBuffer, b: &Buffers) {
         use Access::*;
         let offset = 4 * u64::from(arguments::SORT);
-        let pages = u32::from(self.what == Sorted::Pages);
-        let push = PreparePush { capacity: self.capacity, pages, argument: arguments::SORT };
+        let push = PreparePush { capacity: self.capacity, argument: arguments::SORT };
         self.prepare.dispatch(cmd, &push, [1, 1, 1]);
         sync::barrier(&self.device, cmd, &[(ComputeWrite, ComputeWrite), (ComputeWrite, IndirectRead)]);
         for digit in 0..DIGITS {

@@ -25,14 +25,18 @@ impl Tiles {
     pub(crate) fn new(gpu: &Arc<Gpu>, config: &Config, b: &Buffers, scene: &SceneBuffers) -> Result<Self, Error> {
         let constants = [config.page_texels, config.gutter, config.cull as u32];
         let bindings = [
-            Binding::Uniform(&b.frame),
+            Binding::Storage(&b.lights),
             Binding::Storage(&b.pages),
             Binding::Storage(&b.pairs),
             Binding::External(scene.instances),
             Binding::External(scene.materials),
             Binding::External(scene.texels),
         ];
-        let state = GraphicsState::casters;
+        // the nearest caster has the greatest depth
+        let state = |attributes| GraphicsState {
+            depth_compare: vk::CompareOp::GREATER_OR_EQUAL,
+            ..GraphicsState::casters(attributes)
+        };
         let clear = GraphicsState { positions: false, depth_compare: vk::CompareOp::ALWAYS, ..state(false) };
         Ok(Self {
             clear: Graphics::new(

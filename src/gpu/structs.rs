@@ -13,16 +13,36 @@ pub struct Frame {
     pub ray_dx: [f32; 4],
     pub ray_dy: [f32; 4],
     pub eye: [f32; 4],
-    pub light_x: [f32; 4],
-    pub light_y: [f32; 4],
-    pub light_z: [f32; 4],
-    pub eye_page: [i32; 4],
-    pub anchor_page: [i32; 4],
-    pub page: [f32; 4],
-    pub rule: [f32; 4],
     pub size: [u32; 4],
+    pub lights: [u32; 4],
     pub cache: [u32; 4],
-    pub drift: [f32; 4],
+    pub rule: [f32; 4],
+    pub sun: LightRecord,
+}
+
+/// A light as one view needs it; see `glsl/shared/light.glsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct LightRecord {
+    pub axis_x: [f32; 4],
+    pub axis_y: [f32; 4],
+    pub axis_z: [f32; 4],
+    pub place: [f32; 4],
+    pub eye: [f32; 4],
+    pub scale: [f32; 4],
+    pub rule: [f32; 4],
+    pub eye_page: [i32; 4],
+    pub kind: [u32; 4],
+}
+
+/// Values of `LightRecord::kind[0]`.
+#[doc(hidden)]
+pub mod light_kind {
+    pub const NONE: u32 = 0;
+    pub const DIRECTIONAL: u32 = 1;
+    pub const SPOT: u32 = 2;
+    pub const CUBE: u32 = 3;
 }
 
 /// Bits of `Frame::cache[0]`.
@@ -37,7 +57,6 @@ pub(crate) mod frame_flags {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 #[allow(missing_docs)]
 pub struct Node {
-    pub key: u32,
     pub own: u32,
     pub below: u32,
     pub cost: u32,
@@ -54,15 +73,16 @@ pub struct Node {
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[allow(missing_docs)]
 pub struct Page {
-    pub key: u32,
+    pub key: [u32; 2],
     pub node: u32,
     pub slot: u32,
     pub dynamic_slot: u32,
     pub draws: u32,
     pub admitted: u32,
-    pub origin: [f32; 2],
-    pub scale: f32,
     pub turned: u32,
+    pub scale: f32,
+    pub pad: u32,
+    pub origin: [f32; 2],
 }
 
 /// A layer of the atlas, from frame to frame.
@@ -71,9 +91,10 @@ pub struct Page {
 #[allow(missing_docs)]
 pub struct Slot {
     pub axis_x: [f32; 3],
-    pub key: u32,
+    pub revision: u32,
     pub axis_z: [f32; 3],
     pub valid: u32,
+    pub key: [u32; 2],
     pub seen: u32,
     pub used: u32,
 }
@@ -84,7 +105,8 @@ pub struct Slot {
 #[allow(missing_docs)]
 pub struct Tracked {
     pub rows: [[f32; 4]; 3],
-    pub bounds: [f32; 4],
+    pub center: [f32; 4],
+    pub reach: [f32; 4],
     pub material: u32,
     pub revision: u32,
     pub flags: u32,
@@ -128,11 +150,11 @@ pub struct Counters {
     pub changed: u32,
     pub dynamics: u32,
     pub items: [u32; 2],
-    pub pad: u32,
-    pub roots: [u32; 4],
-    pub requested: [u32; 16],
-    pub resident: [u32; 16],
-    pub refused: [u32; 16],
+    pub active_faces: [u32; 2],
+    pub starved: u32,
+    pub requested: [u32; 24],
+    pub resident: [u32; 24],
+    pub refused: [u32; 24],
 }
 
 /// Bounds of a mesh in mesh space and its clusters.
@@ -185,7 +207,6 @@ pub struct RetryPush {
 #[allow(missing_docs)]
 pub struct PreparePush {
     pub capacity: u32,
-    pub pages: u32,
     pub argument: u32,
 }
 
@@ -216,7 +237,7 @@ pub struct TrianglePush {
     pub first_compacted: u32,
 }
 
-/// Where a conventional map lies; see `glsl/methods/fit.glsl`.
+/// Where one layer of a map lies; see `glsl/methods/fit.glsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[allow(missing_docs)]
@@ -224,4 +245,36 @@ pub struct Fit {
     pub row_u: [f32; 4],
     pub row_v: [f32; 4],
     pub texel: [f32; 4],
+}
+
+/// Light space of a layer of a map; see `glsl/methods/light.glsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct Face {
+    pub x: [f32; 4],
+    pub y: [f32; 4],
+    pub z: [f32; 4],
+    pub origin: [f32; 4],
+}
+
+/// The light of a map method; see `glsl/methods/light.glsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct MapLight {
+    pub faces: [Face; 6],
+    pub eye: [f32; 4],
+    pub depth: [f32; 4],
+    pub rule: [f32; 4],
+}
+
+/// How the layers of a map divide the image by depth; see `glsl/methods/slices.glsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct Slices {
+    pub extremes: [u32; 2],
+    pub outside: u32,
+    pub splits: [f32; 9],
 }

@@ -5,6 +5,8 @@ mod meshlets;
 mod motion;
 #[doc(hidden)]
 pub mod stages;
+#[doc(hidden)]
+pub mod stages_exact;
 mod upload;
 
 pub use device::{DeviceReport, devices};
@@ -22,6 +24,7 @@ use ash::vk;
 use device::LabDevice;
 use glam::{DVec3, Vec2, Vec3};
 use std::cell::{OnceCell, RefCell};
+use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Instant;
@@ -75,7 +78,8 @@ pub struct Lab {
     view: View,
     tracer: OnceCell<Tracer>,
     gbuffer: OnceCell<Rc<GBuffer>>,
-    reference: OnceCell<Rc<Reference>>,
+    /// By the light's index.
+    reference: RefCell<BTreeMap<usize, Rc<Reference>>>,
     device: Arc<LabDevice>,
     gpu: Arc<Gpu>,
 }
@@ -115,7 +119,7 @@ impl Lab {
             view,
             tracer: OnceCell::new(),
             gbuffer: OnceCell::new(),
-            reference: OnceCell::new(),
+            reference: RefCell::default(),
             device,
             gpu,
         })
@@ -156,21 +160,32 @@ impl Lab {
         self.tracer.get_or_init(|| Tracer::new(&self.scene))
     }
 
-    /// Ray-traced visibility of the first light at every pixel, computed on first use.
+    /// A light of the view by its index.
     ///
     /// # Errors
-    /// As [`Lab::gbuffer`]; [`LabError::Refused`] when the light cannot be traced.
-    pub fn reference(&self, progress: &(dyn Fn(f64) + Sync)) -> Result<Rc<Reference>, LabError> {
-        if let Some(reference) = self.reference.get() {
+    /// [`LabError::Usage`] for an index that the view does not have.
+    pub fn light(&self, index: usize) -> Result<&Light, LabError> {
+        let count = self.view.lights.len();
+        let unknown = || LabError::Usage(format!("light {index} does not exist, allowed is 0 to {}", count - 1));
+        self.view.lights.get(index).ok_or_else(unknown)
+    }
+
+    /// Ray-traced visibility of a light of the view at every pixel, computed on first use.
+    ///
+    /// # Errors
+    /// As [`Lab::gbuffer`] and [`Lab::light`]; [`LabError::Refused`] when the light cannot be traced.
+    pub fn reference(&self, light: usize, progress: &(dyn Fn(f64) + Sync)) -> Result<Rc<Reference>, LabError> {
+        if let Some(reference) = self.reference.borrow().get(&light) {
             return Ok(reference.clone());
         }
         let gbuffer = self.gbuffer()?;
-        let reference = crate::truth::reference(self.tracer(), &self.scene, &gbuffer, &self.view.lights[0], progress)
-            .map_err(|error| LabError::Refused(error.to_string()))?;
-        Ok(self.reference.get_or_init(|| Rc::new(reference)).clone())
+        let reference = crate::truth::reference(self.tracer(), &self.scene, &gbuffer, self.light(light)?, progress)
+            .map_err(|error| LabError::Refused(format!("light {light} cannot be traced: {error}")))?;
+        Ok(self.reference.borrow_mut().entry(light).or_insert_with(|| Rc::new(reference)).clone())
     }
 
-    /// What the camera sees; the prepass runs on first use.
+    /// What the camera sees; the prepass runs on first use. Samples whose footprint is below 1e-5 of the scene's diagonal are
+    /// moved along their view rays onto the exact surface.
     ///
     /// # Errors
     /// [`LabError::Engine`] for everything Vulkan reports.
@@ -184,8 +199,9 @@ impl Lab {
         };
         let (depth, normal, albedo) =
             (words(&self.prepass.depth)?, words(&self.prepass.normal)?, words(&self.prepass.albedo)?);
-        let gbuffer =
+        let mut gbuffer =
             decode_gbuffer(&self.camera_constants(), &self.frame_input(), self.view.size, &depth, &normal, albedo);
+        crate::truth::snap(&mut gbuffer, &self.scene, || self.tracer());
         Ok(self.gbuffer.get_or_init(|| Rc::new(gbuffer)).clone())
     }
 
@@ -205,13 +221,9 @@ impl Lab {
         &self.draws
     }
 
-    /// Camera, origin and direction of the first light.
+    /// Camera and origin.
     pub(crate) fn frame_input(&self) -> FrameInput {
-        let light_direction = match &self.view.lights[0] {
-            Light::Directional { direction, .. } => *direction,
-            _ => DVec3::ZERO,
-        };
-        FrameInput { camera: self.view.camera, origin: self.scene.origin, light_direction }
+        FrameInput { camera: self.view.camera, origin: self.scene.origin }
     }
 
     pub(crate) fn camera_constants(&self) -> Frame {
@@ -321,6 +333,8 @@ fn decode_gbuffer(
     let mut g = GBuffer {
         width: size[0],
         height: size[1],
+        eye: input.camera.eye - input.origin,
+        pixel: 2.0 * (0.5 * input.camera.fov_y_deg.to_radians()).tan() / f64::from(size[1]),
         position: vec![[0.0; 3]; count],
         normal: vec![[0.0; 3]; count],
         albedo,
@@ -329,7 +343,6 @@ fn decode_gbuffer(
     let axis = |v: [f32; 4]| DVec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
     let (corner, dx, dy) = (axis(frame.ray_corner), axis(frame.ray_dx), axis(frame.ray_dy));
     let (near, far) = (f64::from(frame.ray_corner[3]), f64::from(frame.ray_dx[3]));
-    let eye = input.camera.eye - input.origin;
     for i in 0..count {
         let stored = f64::from(f32::from_bits(depth[i]));
         if stored <= 0.0 {
@@ -337,7 +350,7 @@ fn decode_gbuffer(
         }
         let pixel = (f64::from(i as u32 % size[0]) + 0.5, f64::from(i as u32 / size[0]) + 0.5);
         let z = near * far / (near + stored * (far - near));
-        g.position[i] = (eye + (corner + pixel.0 * dx + pixel.1 * dy) * z).as_vec3().to_array();
+        g.position[i] = ((corner + pixel.0 * dx + pixel.1 * dy) * z).as_vec3().to_array();
         g.normal[i] = decode_normal(normal[i]).to_array();
         g.hit[i] = true;
     }

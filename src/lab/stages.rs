@@ -2,21 +2,24 @@
 //! [`crate::twin`].
 
 use super::{Lab, LabError};
-use crate::engine::Engine;
 use crate::engine::allocate::Allocate;
 use crate::engine::buffers::{Buffers, arguments};
 use crate::engine::compact::Compact;
-use crate::engine::constants::{History, constants};
+use crate::engine::constants::{History, constants, light_record};
+use crate::engine::depth_prepass::DepthPrepass;
 use crate::engine::gradient::Gradient;
 use crate::engine::request::Request;
-use crate::engine::sort::{BLOCK, Sort, Sorted};
-use crate::gpu::structs::{Counters, Frame, Node, Page, Slot, Tracked};
+use crate::engine::sort::{BLOCK, Sort};
+use crate::engine::view::ViewBuffers;
+use crate::engine::{Engine, LightId};
+use crate::gpu::structs::{Counters, Frame, LightRecord, Node, Page, Slot, Tracked, light_kind};
 use crate::gpu::sync::{self, Access, Access::*};
 use crate::gpu::{Binding, Buffer, Compute, Image, ImageSpec, Memory, spirv};
-use crate::host::Receivers;
+use crate::host::{FrameInput, Receivers};
 use crate::twin::allocate::{Input, NONE};
 use crate::twin::compact::compact;
-use crate::{Config, RequestRoute};
+use crate::twin::key::{from_words, words};
+use crate::{Camera, Config, RequestRoute};
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
@@ -89,6 +92,12 @@ fn read_counters(lab: &Lab, b: &Buffers) -> Result<Counters> {
     Ok(read(lab, &b.counters)?[0])
 }
 
+/// The key of each slot of the page table, 0 where it is empty.
+fn read_keys(lab: &Lab, b: &Buffers) -> Result<Vec<u64>> {
+    let stored: Vec<[u32; 2]> = read(lab, &b.table_keys)?;
+    Ok(stored.into_iter().map(|[x, y]| if x == 0 { 0 } else { from_words([x, !y]) }).collect())
+}
+
 /// The least that [`Buffers`] can be made for; single stages use few of them.
 fn small(size: [u32; 2]) -> Config {
     let page_texels = 64;
@@ -106,43 +115,41 @@ pub struct SortStage {
     b: Buffers,
     sort: Sort,
     compact: Compact,
-    pages: bool,
 }
 
 /// A list after compact.
 pub struct Compacted {
     /// Distinct keys and the sums of their values.
-    pub entries: Vec<(u32, u32)>,
+    pub entries: Vec<(u64, u32)>,
     /// Runs of equal keys for each coarsening.
     pub runs: [u32; 4],
 }
 
 impl SortStage {
-    /// Sorts requests or, with `pages`, selected pages; at most `capacity`.
-    pub fn new(lab: &Lab, capacity: u32, pages: bool) -> Result<Self> {
-        let b = Buffers::new(&lab.gpu, &small([8, 8]), &lab.buffers)?;
-        let what = if pages { Sorted::Pages } else { Sorted::Requests };
-        let sort = Sort::new(&lab.gpu, &b.counters, &b.arguments, what, capacity)?;
+    /// Sorts at most `capacity` entries.
+    pub fn new(lab: &Lab, capacity: u32) -> Result<Self> {
+        let b = Buffers::new(&lab.gpu, &small([8, 8]), &lab.buffers, 1)?;
+        let sort = Sort::new(&lab.gpu, &b.counters, &b.arguments, capacity)?;
         let compact = Compact::new(&lab.gpu, &b, &sort)?;
-        Ok(Self { b, sort, compact, pages })
+        Ok(Self { b, sort, compact })
     }
 
-    fn fill(&self, lab: &Lab, entries: &[(u32, u32)], counters: &Counters) -> Result<()> {
+    fn fill(&self, lab: &Lab, entries: &[(u64, u32)], counters: &Counters) -> Result<()> {
         let fitting = &entries[..entries.len().min(self.sort.capacity as usize)];
-        write(lab, self.sort.keys(), &fitting.iter().map(|e| e.0).collect::<Vec<_>>())?;
+        write(lab, self.sort.keys(), &fitting.iter().map(|e| words(e.0)).collect::<Vec<_>>())?;
         write(lab, self.sort.values(), &fitting.iter().map(|e| e.1).collect::<Vec<_>>())?;
         write(lab, &self.b.counters, std::slice::from_ref(counters))
     }
 
-    fn entries(&self, lab: &Lab, [keys, values]: [&Buffer; 2], count: u32) -> Result<Vec<(u32, u32)>> {
-        let (keys, values): (Vec<u32>, Vec<u32>) = (read(lab, keys)?, read(lab, values)?);
-        Ok(keys.into_iter().zip(values).take(count as usize).collect())
+    fn entries(&self, lab: &Lab, [keys, values]: [&Buffer; 2], count: u32) -> Result<Vec<(u64, u32)>> {
+        let (keys, values): (Vec<[u32; 2]>, Vec<u32>) = (read(lab, keys)?, read(lab, values)?);
+        Ok(keys.into_iter().map(from_words).zip(values).take(count as usize).collect())
     }
 
     /// Sorts; entries beyond the capacity are counted but have no room.
-    pub fn sort(&self, lab: &Lab, entries: &[(u32, u32)]) -> Result<Vec<(u32, u32)>> {
+    pub fn sort(&self, lab: &Lab, entries: &[(u64, u32)]) -> Result<Vec<(u64, u32)>> {
         let mut counters = Counters::zeroed();
-        *(if self.pages { &mut counters.pages } else { &mut counters.requests[0] }) = entries.len() as u32;
+        counters.requests[0] = entries.len() as u32;
         self.fill(lab, entries, &counters)?;
         lab.submit(|cmd| self.sort.record(cmd, &self.b))?;
         let sorted = read_counters(lab, &self.b)?.sorted;
@@ -150,7 +157,7 @@ impl SortStage {
     }
 
     /// Compacts a sorted list that is no longer than the capacity.
-    pub fn compact(&self, lab: &Lab, sorted: &[(u32, u32)]) -> Result<Compacted> {
+    pub fn compact(&self, lab: &Lab, sorted: &[(u64, u32)]) -> Result<Compacted> {
         let count = sorted.len() as u32;
         self.fill(lab, sorted, &Counters { sorted: count, ..Counters::zeroed() })?;
         let mut words = vec![0; arguments::WORDS as usize];
@@ -169,6 +176,7 @@ impl SortStage {
 /// Gradient and request.
 pub struct ScreenStage {
     b: Buffers,
+    view: ViewBuffers,
     depth: Image,
     normal: Image,
     gradient: Gradient,
@@ -181,30 +189,34 @@ pub struct ScreenStage {
 pub struct Requested {
     /// The counters.
     pub counters: Counters,
-    /// Keys and pixels: of the page table (flags route) or as appended (sort route). Cut off at the capacity.
-    pub entries: Vec<(u32, u32)>,
+    /// Keys and pixels: of the page table (flags route) or as appended, in Morton form (sort route). Cut off at the capacity.
+    pub entries: Vec<(u64, u32)>,
 }
 
 impl ScreenStage {
-    /// `capacity`: most keys, a power of two (flags route), or most entries of the list (sort route).
-    pub fn new(lab: &Lab, size: [u32; 2], route: RequestRoute, capacity: u32) -> Result<Self> {
+    /// `capacity`: most keys, a power of two (flags route), or most entries of the list (sort route). At most `lights`.
+    pub fn new(lab: &Lab, size: [u32; 2], route: RequestRoute, capacity: u32, lights: u32) -> Result<Self> {
         use vk::ImageUsageFlags as U;
         let image = |name, format, usage| {
             let usage = usage | U::SAMPLED | U::TRANSFER_DST;
             Image::new(&lab.gpu, name, &ImageSpec { format, width: size[0], height: size[1], layers: 0, usage })
         };
         let keys = if route == RequestRoute::Flags { capacity } else { 1024 };
-        let config = Config { route, page_table_bytes: 480 * u64::from(keys), ..small(size) };
-        let mut b = Buffers::new(&lab.gpu, &config, &lab.buffers)?;
-        b.receiver = image("receiver planes", vk::Format::R32G32B32A32_UINT, U::STORAGE | U::TRANSFER_SRC)?;
+        let config = Config { route, page_table_bytes: 480 * u64::from(keys), lights, mask_bits: 1, ..small(size) };
+        let b = Buffers::new(&lab.gpu, &config, &lab.buffers, 1)?;
+        let mut view = ViewBuffers::new(&lab.gpu, &config)?;
+        view.receiver = image("receiver planes", vk::Format::R32G32B32A32_UINT, U::STORAGE | U::TRANSFER_SRC)?;
         let depth = image("depth", vk::Format::D32_SFLOAT, U::empty())?;
         let normal = image("normal", vk::Format::R32_UINT, U::empty())?;
         let receivers = Receivers { depth: depth.view, normal: normal.view };
-        let sort = Sort::new(&lab.gpu, &b.counters, &b.arguments, Sorted::Requests, capacity)?;
+        let sort = Sort::new(&lab.gpu, &b.counters, &b.arguments, capacity)?;
+        let appends = (route == RequestRoute::Sort).then_some(&sort);
+        let (frame, planes) = (Binding::Uniform(&view.frame), Binding::StorageImage(&view.receiver));
         Ok(Self {
-            gradient: Gradient::for_engine(&lab.gpu, &b, &receivers)?,
-            request: Request::new(&lab.gpu, &config, &b, &sort, &receivers)?,
+            gradient: Gradient::new(&lab.gpu, frame, &receivers, planes)?,
+            request: Request::new(&lab.gpu, &config, &b, &view, appends, &receivers)?,
             b,
+            view,
             depth,
             normal,
             sort,
@@ -214,45 +226,55 @@ impl ScreenStage {
 
     /// Receiver planes of the pixels.
     pub fn gradient(&self, lab: &Lab, frame: &Frame, depth: &[f32], normal: &[u32]) -> Result<Vec<[u32; 4]>> {
-        write(lab, &self.b.frame, std::slice::from_ref(frame))?;
+        write(lab, &self.view.frame, std::slice::from_ref(frame))?;
         write_image(lab, &self.depth, depth)?;
         write_image(lab, &self.normal, normal)?;
         lab.submit(|cmd| {
-            sync::discard(&lab.gpu.device, cmd, &self.b.receiver, ComputeRead, StorageImage);
+            sync::discard(&lab.gpu.device, cmd, &self.view.receiver, ComputeRead, StorageImage);
             self.gradient.record(cmd, [frame.size[0], frame.size[1]]);
         })?;
-        Ok(bytemuck::pod_collect_to_vec(&lab.read_image(&self.b.receiver, StorageImage, 16)?))
+        Ok(bytemuck::pod_collect_to_vec(&lab.read_image(&self.view.receiver, StorageImage, 16)?))
     }
 
     /// All attempts of the request stage, as the engine records them.
-    pub fn request(&self, lab: &Lab, frame: &Frame, depth: &[f32], receiver: &[[u32; 4]]) -> Result<Requested> {
+    pub fn request(
+        &self,
+        lab: &Lab,
+        frame: &Frame,
+        lights: &[LightRecord],
+        depth: &[f32],
+        receiver: &[[u32; 4]],
+    ) -> Result<Requested> {
         let b = &self.b;
-        write(lab, &b.frame, std::slice::from_ref(frame))?;
+        write(lab, &self.view.frame, std::slice::from_ref(frame))?;
+        write(lab, &b.lights, lights)?;
         write_image(lab, &self.depth, depth)?;
-        write_image(lab, &b.receiver, receiver)?;
+        write_image(lab, &self.view.receiver, receiver)?;
         clear(lab, &[&b.counters, &b.table_keys, &b.nodes])?;
+        let sun = lights.len() == 1 && lights[0].kind[0] == light_kind::DIRECTIONAL;
         lab.submit(|cmd| {
             let device = &lab.gpu.device;
-            self.request.record_first(cmd);
+            self.request.record_first(cmd, sun);
             for attempt in 1..=3 {
                 sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite)]);
                 self.request.record_decision(cmd, attempt);
                 sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite), (ComputeWrite, IndirectRead)]);
-                self.request.record_retry(cmd, b, attempt);
+                self.request.record_retry(cmd, b, attempt, sun);
             }
             sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite)]);
             self.request.record_decision(cmd, 4);
         })?;
         let counters = read_counters(lab, b)?;
-        let entries: Vec<(u32, u32)> = if self.route == RequestRoute::Flags {
+        let entries: Vec<(u64, u32)> = if self.route == RequestRoute::Flags {
             let (list, nodes): (Vec<u32>, Vec<Node>) = (read(lab, &b.node_list)?, read(lab, &b.nodes)?);
-            let table: Vec<u32> = read(lab, &b.table_keys)?;
+            let table = read_keys(lab, b)?;
             let filled = |slot: &u32| (table[*slot as usize], nodes[*slot as usize].own);
             list[..counters.leaves as usize].iter().map(filled).collect()
         } else {
-            let (keys, values): (Vec<u32>, Vec<u32>) = (read(lab, self.sort.keys())?, read(lab, self.sort.values())?);
+            let keys: Vec<[u32; 2]> = read(lab, self.sort.keys())?;
+            let values: Vec<u32> = read(lab, self.sort.values())?;
             let last = counters.requests.iter().rev().find(|&&r| r > 0).copied().unwrap_or(0);
-            keys.into_iter().zip(values).take(last as usize).collect()
+            keys.into_iter().map(from_words).zip(values).take(last as usize).collect()
         };
         Ok(Requested { counters, entries })
     }
@@ -263,7 +285,6 @@ pub struct AllocateStage {
     config: Config,
     b: Buffers,
     compact: Compact,
-    page_sort: Sort,
     allocate: Allocate,
 }
 
@@ -273,7 +294,7 @@ pub struct Table {
     /// The counters.
     pub counters: Counters,
     /// Key of each slot, 0 where it is empty.
-    pub keys: Vec<u32>,
+    pub keys: Vec<u64>,
     /// Node of each slot.
     pub nodes: Vec<Node>,
     /// Entry of each slot.
@@ -291,7 +312,7 @@ impl Table {
         pages.truncate(counters.sorted as usize);
         Ok(Self {
             counters,
-            keys: read(lab, &b.table_keys)?,
+            keys: read_keys(lab, b)?,
             nodes: read(lab, &b.nodes)?,
             entries: read(lab, &b.entries)?,
             pages,
@@ -303,50 +324,57 @@ impl Table {
 impl AllocateStage {
     /// Capacities, pressure and level bias are those of `config`, within no limits.
     pub fn new(lab: &Lab, config: &Config) -> Result<Self> {
-        let b = Buffers::new(&lab.gpu, config, &lab.buffers)?;
-        let sorts = |what, capacity| Sort::new(&lab.gpu, &b.counters, &b.arguments, what, capacity);
+        let b = Buffers::new(&lab.gpu, config, &lab.buffers, 1)?;
         // compact needs the sort only for its buffers
-        let compact = Compact::new(&lab.gpu, &b, &sorts(Sorted::Requests, 8 * config.request_capacity())?)?;
-        let page_sort = sorts(Sorted::Pages, config.page_capacity())?;
-        let allocate = Allocate::new(&lab.gpu, config, &b, Some(&compact), &page_sort)?;
-        Ok(Self { config: config.clone(), b, compact, page_sort, allocate })
+        let sort = Sort::new(&lab.gpu, &b.counters, &b.arguments, 8 * config.request_capacity())?;
+        let compact = Compact::new(&lab.gpu, &b, &sort)?;
+        let allocate = Allocate::new(&lab.gpu, config, &b, Some(&compact))?;
+        Ok(Self { config: config.clone(), b, compact, allocate })
     }
 
     /// Chooses pages and fills the entries. In between, pages get layers as [`crate::twin::allocate::Page`] says; those
     /// that are not `ready` do not serve if chosen, and lose their layer if only held.
-    pub fn run(&self, lab: &Lab, frame: &Frame, input: &Input, ready: impl Fn(u32) -> bool) -> Result<Table> {
+    pub fn run(
+        &self,
+        lab: &Lab,
+        frame: &Frame,
+        lights: &[LightRecord],
+        input: &Input,
+        ready: impl Fn(u64) -> bool,
+    ) -> Result<Table> {
         let b = &self.b;
         let requests = input.list();
         assert!(requests.len() <= 8 * self.config.request_capacity() as usize, "more requests than the list holds");
         assert!(input.held.len() <= self.config.page_capacity() as usize, "more pages held than the atlas has layers");
-        clear(lab, &[&b.table_keys, &b.nodes, &b.histogram, &b.entries, &b.slots])?;
+        clear(lab, &[&b.table_keys, &b.nodes, &b.histogram, &b.entries, &b.slots, &b.roots])?;
         write(lab, &b.frame, std::slice::from_ref(frame))?;
-        write(lab, &self.compact.keys, &requests.iter().map(|r| r.0).collect::<Vec<_>>())?;
+        write(lab, &b.lights, lights)?;
+        write(lab, &self.compact.keys, &requests.iter().map(|r| words(r.0)).collect::<Vec<_>>())?;
         write(lab, &self.compact.counts, &requests.iter().map(|r| r.1).collect::<Vec<_>>())?;
         write(lab, &b.counters, &[Counters { unique: compact(&requests).runs, ..Counters::zeroed() }])?;
-        let holds = |&(key, valid): &(u32, bool)| Slot { key, valid: u32::from(valid), ..Slot::zeroed() };
+        let holds = |&(key, valid): &(u64, bool)| Slot { key: words(key), valid: u32::from(valid), ..Slot::zeroed() };
         write(lab, &b.slots, &input.held.iter().map(holds).collect::<Vec<_>>())?;
         lab.submit(|cmd| self.allocate.record_tree(cmd))?;
 
         let mut nodes: Vec<Node> = read(lab, &b.nodes)?;
-        for node in &mut nodes {
-            let held = (1..).zip(&input.held).find(|(_, held)| held.0 == node.key);
+        for (node, key) in nodes.iter_mut().zip(read_keys(lab, b)?) {
+            let held = (1..).zip(&input.held).find(|(_, held)| held.0 == key);
             node.slot = held.map_or(0, |(slot, held)| slot | u32::from(!held.1) << 31);
-            node.marks = u32::from(input.moving.contains(&node.key));
+            node.marks = u32::from(input.moving.contains(&key));
         }
         write(lab, &b.nodes, &nodes)?;
-        lab.submit(|cmd| self.allocate.record_pages(cmd, b, &self.page_sort, input.draw_budget))?;
+        lab.submit(|cmd| self.allocate.record_pages(cmd, input.draw_budget))?;
 
         let Table { mut counters, mut pages, mut slots, .. } = Table::read(lab, b)?;
         for (i, page) in (0..).zip(&mut pages) {
             let free = input.held.len() as u32 + 2 * i;
             page.slot = if page.slot == NONE { free } else { page.slot };
             page.dynamic_slot = if page.draws > 1 { free + 1 } else { page.dynamic_slot };
-            page.admitted = u32::from(ready(page.key));
+            page.admitted = u32::from(ready(from_words(page.key)));
             counters.deferred += if page.admitted == 0 { page.draws.count_ones() } else { 0 };
         }
-        for slot in slots.iter_mut().filter(|slot| !ready(slot.key)) {
-            slot.key = 0;
+        for slot in slots.iter_mut().filter(|slot| !ready(from_words(slot.key))) {
+            slot.key = [0; 2];
         }
         write(lab, &b.pages, &pages)?;
         write(lab, &b.slots, &slots)?;
@@ -369,28 +397,54 @@ pub struct Kept {
 /// A whole frame of the engine.
 pub struct EngineStage {
     engine: Engine,
+    lights: Vec<LightId>,
 }
 
 impl EngineStage {
-    /// An engine for the lab's scene and view.
+    /// An engine for the lab's scene, view and lights.
     pub fn new(lab: &Lab, config: &Config) -> Result<Self> {
-        Ok(Self { engine: Engine::on(&lab.gpu, config, &lab.buffers, &lab.prepass.receivers())? })
+        let mut engine = Engine::on(&lab.gpu, config, &lab.buffers, &[lab.prepass.receivers()])?;
+        let add = |light| engine.add_light(light);
+        Ok(Self { lights: lab.view.lights.iter().map(add).collect::<std::result::Result<_, _>>()?, engine })
     }
 
-    /// Runs a frame: visibility of every pixel, and the page table.
+    /// An engine without lights; what is added to it stays as it is whatever the lab's view says.
+    pub fn bare(lab: &Lab, config: &Config) -> Result<Self> {
+        Ok(Self { engine: Engine::on(&lab.gpu, config, &lab.buffers, &[lab.prepass.receivers()])?, lights: Vec::new() })
+    }
+
+    /// The engine.
+    pub fn engine(&mut self) -> &mut Engine {
+        &mut self.engine
+    }
+
+    /// Runs a frame: the words of the mask, layer by layer, and the page table.
+    pub fn all(&mut self, lab: &Lab) -> Result<(Vec<u32>, Table)> {
+        self.run(lab)?;
+        Ok((self.mask(lab)?, Table::read(lab, &self.engine.buffers)?))
+    }
+
+    /// Runs a frame: visibility of every pixel towards the first light, and the page table.
     pub fn frame(&mut self, lab: &Lab) -> Result<(Vec<f32>, Table)> {
-        let mut recorded = Ok(());
-        lab.frame(|cmd, timer| recorded = self.engine.record_timed(cmd, &lab.frame_input(), Some(timer)))?;
-        recorded?;
-        let b = &self.engine.buffers;
-        let visibility = lab.read_image(&b.visibility, TransferRead, 4)?;
-        Ok((bytemuck::pod_collect_to_vec(&visibility), Table::read(lab, b)?))
+        self.run(lab)?;
+        let mask = self.mask(lab)?;
+        let words = mask[..lab.view.size[0] as usize * lab.view.size[1] as usize].iter();
+        Ok((words.map(|&word| f32::from_bits(word)).collect(), Table::read(lab, &self.engine.buffers)?))
     }
 
-    /// Runs a frame and reads nothing back but its counters.
+    /// The words of the mask, layer by layer.
+    pub fn mask(&self, lab: &Lab) -> Result<Vec<u32>> {
+        let mask = &self.engine.views[0].buffers.mask;
+        Ok(bytemuck::pod_collect_to_vec(&lab.read_image(mask, TransferRead, 4)?))
+    }
+
+    /// Runs a frame with the lights of the lab's view and reads nothing back but its counters.
     pub fn run(&mut self, lab: &Lab) -> Result<Counters> {
+        for (&id, light) in self.lights.iter().zip(&lab.view.lights) {
+            self.engine.set_light(id, light)?;
+        }
         let mut recorded = Ok(());
-        lab.frame(|cmd, timer| recorded = self.engine.record_timed(cmd, &lab.frame_input(), Some(timer)))?;
+        lab.frame(|cmd, timer| recorded = self.engine.record_timed(cmd, &[lab.frame_input()], Some(timer)))?;
         recorded?;
         Ok(self.engine.counters())
     }
@@ -426,6 +480,46 @@ impl EngineStage {
     }
 }
 
+/// Frames of an engine with several views, each with a prepass of its own.
+pub struct ViewsStage {
+    engine: Engine,
+    prepasses: Vec<DepthPrepass>,
+}
+
+impl ViewsStage {
+    /// An engine without lights.
+    pub fn new(lab: &Lab, config: &Config, views: usize) -> Result<Self> {
+        let prepass = |_| DepthPrepass::on(&lab.gpu, config.size, &lab.buffers);
+        let prepasses = (0..views).map(prepass).collect::<std::result::Result<Vec<_>, _>>()?;
+        let receivers: Vec<_> = prepasses.iter().map(DepthPrepass::receivers).collect();
+        Ok(Self { engine: Engine::on(&lab.gpu, config, &lab.buffers, &receivers)?, prepasses })
+    }
+
+    /// The engine.
+    pub fn engine(&mut self) -> &mut Engine {
+        &mut self.engine
+    }
+
+    /// Runs a frame with a camera for each view: the words of each view's mask, and the page table.
+    pub fn frame(&mut self, lab: &Lab, cameras: &[Camera]) -> Result<(Vec<Vec<u32>>, Table)> {
+        let input = |&camera: &Camera| FrameInput { camera, ..lab.frame_input() };
+        let inputs: Vec<_> = cameras.iter().map(input).collect();
+        lab.submit(|cmd| {
+            for (prepass, input) in self.prepasses.iter().zip(&inputs) {
+                // SAFETY: outside of rendering; each submission is waited for
+                unsafe { prepass.record(cmd, input, &lab.draws) };
+            }
+        })?;
+        let mut recorded = Ok(());
+        lab.submit(|cmd| recorded = self.engine.record_timed(cmd, &inputs, None))?;
+        recorded?;
+        let mask = |view: &crate::engine::view::View| {
+            Ok(bytemuck::pod_collect_to_vec(&lab.read_image(&view.buffers.mask, TransferRead, 4)?))
+        };
+        Ok((self.engine.views.iter().map(mask).collect::<Result<_>>()?, Table::read(lab, &self.engine.buffers)?))
+    }
+}
+
 /// What the camera of the lab sees: depth and packed normals.
 pub fn prepass(lab: &Lab) -> Result<(Vec<f32>, Vec<u32>)> {
     lab.submit(|cmd| lab.record_prepass(cmd))?;
@@ -434,9 +528,15 @@ pub fn prepass(lab: &Lab) -> Result<(Vec<f32>, Vec<u32>)> {
     Ok((bytemuck::pod_collect_to_vec(&depth), bytemuck::pod_collect_to_vec(&normal)))
 }
 
-/// Constants of a frame of the lab's scene and view.
-pub fn frame_constants(lab: &Lab, config: &Config) -> Result<Frame> {
-    Ok(constants(config, &lab.buffers, &lab.frame_input(), &History::default())?)
+/// Constants of a frame of the lab's scene and view, and its lights.
+pub fn frame_constants(lab: &Lab, config: &Config) -> Result<(Frame, Vec<LightRecord>)> {
+    let input = lab.frame_input();
+    let record = |light| Ok(light_record(config, &lab.buffers, light, &input, config.level_bias)?);
+    let lights = lab.view.lights.iter().map(record).collect::<Result<Vec<_>>>()?;
+    let mut frame = constants(config, &lab.buffers, &input, &History::default());
+    frame.lights = [lights.len() as u32, 1, 0, 0];
+    frame.sun = lights[0];
+    Ok((frame, lights))
 }
 
 /// One dispatch writes a buffer and the next reads it; without `barrier` they race.

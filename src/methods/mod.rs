@@ -1,5 +1,9 @@
 //! The methods of the literature behind one trait, on the same scene, camera, timers and reference.
 
+mod csm;
+mod map;
+mod map_fit;
+mod map_light;
 mod raytraced;
 mod rmsm;
 mod rmsm_pictures;
@@ -91,8 +95,13 @@ pub struct DebugPicture {
 pub trait Method {
     /// Runs one complete frame, prepass included, and waits for it.
     fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError>;
-    /// Visibility of the last frame: one value a pixel, 1 lit, 0 shadowed, 1 where there is no surface, 0 where n.l <= 0.
-    fn visibility(&mut self, lab: &Lab) -> Result<Vec<f32>, LabError>;
+    /// Visibility of the last frame for a light of the view by its index: one value a pixel, 1 lit, 0 shadowed, 1 where
+    /// there is no surface, 0 where n.l <= 0 or the light does not reach.
+    ///
+    /// # Errors
+    /// [`LabError::Usage`] for an index that the view does not have, [`LabError::Refused`] for a light that the method does
+    /// not serve, [`LabError::Engine`] for everything Vulkan reports.
+    fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError>;
     /// Device memory by purpose, in bytes.
     fn memory(&self) -> Vec<(&'static str, u64)>;
     /// Counters of the last frame.
@@ -104,7 +113,7 @@ pub trait Method {
 }
 
 /// All methods; the first is the default.
-pub static METHODS: &[MethodInfo] = &[rmsm::INFO, uniform::INFO, raytraced::INFO];
+pub static METHODS: &[MethodInfo] = &[rmsm::INFO, uniform::INFO, csm::INFO, raytraced::INFO];
 
 /// Checks name, keys and values without a device.
 ///
@@ -114,7 +123,8 @@ pub fn check(spec: &MethodSpec) -> Result<(), LabError> {
     match spec.name.as_str() {
         "rmsm" => rmsm::config(spec, [1, 1]).map(|_| ()),
         "uniform" => uniform::check(spec),
-        "raytraced" => spec.known(raytraced::INFO.parameters),
+        "csm" => csm::check(spec),
+        "raytraced" => raytraced::check(spec),
         name => {
             let names: Vec<_> = METHODS.iter().map(|m| m.name).collect();
             Err(LabError::Usage(format!("method '{name}' does not exist, allowed is {}", names.join(", "))))
@@ -128,30 +138,42 @@ pub fn check(spec: &MethodSpec) -> Result<(), LabError> {
 /// As [`check`]; [`LabError::Refused`] for a light the method cannot serve; [`LabError::Engine`] as the device reports.
 pub fn create(spec: &MethodSpec, lab: &Lab) -> Result<Box<dyn Method>, LabError> {
     check(spec)?;
+    hard_lights(spec, lab)?;
     Ok(match spec.name.as_str() {
         "uniform" => Box::new(uniform::Uniform::new(spec, lab)?),
-        "raytraced" => Box::new(raytraced::Raytraced::new(spec, lab)?),
+        "csm" => Box::new(csm::Csm::new(spec, lab)?),
+        "raytraced" => Box::new(raytraced::Raytraced::new(spec)?),
         _ => Box::new(rmsm::Rmsm::new(spec, lab)?),
     })
 }
 
-/// Hard-shadow methods serve one directional light without extent.
-fn hard_directional(spec: &MethodSpec, lab: &Lab) -> Result<(), LabError> {
-    if lab.view().lights.len() > 1 {
-        return Err(LabError::Refused(format!(
-            "method '{}' serves one light and the view has {}",
-            spec.name,
-            lab.view().lights.len()
-        )));
-    }
-    match &lab.view().lights[0] {
-        light if light.has_extent() => Err(LabError::Refused(format!(
-            "method '{}' makes hard shadows and the light has an extent; allowed is a directional light with angular_diameter_deg 0",
+/// Hard-shadow methods serve lights without extent.
+fn hard_lights(spec: &MethodSpec, lab: &Lab) -> Result<(), LabError> {
+    match lab.view().lights.iter().position(Light::has_extent) {
+        Some(index) => Err(LabError::Refused(format!(
+            "method '{}' makes hard shadows and light {index} has an extent; allowed are directional lights with angular_diameter_deg 0, spot and point lights",
             spec.name
         ))),
-        Light::Directional { .. } => Ok(()),
-        _ => Err(LabError::Refused(format!("method '{}' serves directional lights only", spec.name))),
+        None => Ok(()),
     }
+}
+
+/// For methods that serve one light, a directional one.
+fn one_directional(spec: &MethodSpec, lab: &Lab) -> Result<(), LabError> {
+    match &lab.view().lights[..] {
+        [Light::Directional { .. }] => Ok(()),
+        [_] => Err(LabError::Refused(format!("method '{}' serves directional lights only", spec.name))),
+        lights => {
+            Err(LabError::Refused(format!("method '{}' serves one light and the view has {}", spec.name, lights.len())))
+        }
+    }
+}
+
+/// What a method keeps for a light.
+fn of_light<'a, T>(each: &'a [T], method: &str, light: usize) -> Result<&'a T, LabError> {
+    each.get(light).ok_or_else(|| {
+        LabError::Refused(format!("method '{method}' serves {} lights and light {light} was asked for", each.len()))
+    })
 }
 
 /// The key `depth_bias` of the map methods.
@@ -161,6 +183,10 @@ const DEPTH_BIAS: Parameter = Parameter {
     allowed: "0 to 16",
     meaning: "depth bias beyond the receiver plane's, in texels plus a quarter of their slope",
 };
+
+fn depth_bias(spec: &MethodSpec) -> Result<f32, LabError> {
+    spec.f32_in(DEPTH_BIAS.key, 1.0, 0.0..=16.0)
+}
 
 /// The key `cull` of the map methods.
 const CULL: Parameter = Parameter {

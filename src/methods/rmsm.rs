@@ -1,11 +1,10 @@
 //! The engine itself behind the method trait: resolution-matched shadow maps (Lefohn et al. 2007; book, 4.4.2).
 
 use super::{
-    DebugPicture, FrameTimes, LevelStatistics, Method, MethodInfo, MethodSpec, Parameter, Statistics, hard_directional,
-    rmsm_pictures,
+    DebugPicture, FrameTimes, LevelStatistics, Method, MethodInfo, MethodSpec, Parameter, Statistics, rmsm_pictures,
 };
-use crate::engine::Engine;
-use crate::engine::constants::{Grid, ROOT_LEVEL};
+use crate::engine::constants::ROOT_LEVEL;
+use crate::engine::{Engine, LightId};
 use crate::gpu::sync::Access;
 use crate::lab::{Lab, LabError};
 use crate::{Config, Error, LevelRule, Pressure, RequestRoute};
@@ -27,6 +26,18 @@ const PARAMETERS: &[Parameter] = &[
     Parameter { key: "requests", default: "flags", allowed: "sort or flags", meaning: "route from pixels to pages" },
     Parameter { key: "page", default: "128", allowed: "64, 128, 256 or 512", meaning: "side of a page in texels" },
     Parameter { key: "gutter", default: "1", allowed: "1 to 8", meaning: "border of a page in texels" },
+    Parameter {
+        key: "virtual",
+        default: "21",
+        allowed: "15 to 21",
+        meaning: "texels of the virtual map along a side, as a power of two",
+    },
+    Parameter {
+        key: "exact",
+        default: "false",
+        allowed: "true or false",
+        meaning: "whether pixels that the map cannot decide are decided by rays against the casters",
+    },
     super::DEPTH_BIAS,
     super::CULL,
     Parameter {
@@ -62,7 +73,7 @@ const PARAMETERS: &[Parameter] = &[
     Parameter {
         key: "pairs",
         default: "auto",
-        allowed: "auto or 1024 to 2097152, at least 4 for each cluster of the scene",
+        allowed: "auto or 1024 to 2097152, at least 2 for each cluster of the scene",
         meaning: "most (cluster, page) pairs drawn in a frame; auto: 131072 or what the scene needs",
     },
     Parameter {
@@ -113,6 +124,8 @@ pub(super) fn config(spec: &MethodSpec, size: [u32; 2]) -> Result<Config, LabErr
     };
     config.page_texels = spec.one_of("page", "128", &["64", "128", "256", "512"])?.parse().unwrap_or(128);
     config.gutter = spec.u32_in("gutter", config.gutter, 1..=8)?;
+    config.exact = spec.one_of("exact", "false", &["true", "false"])? == "true";
+    config.virtual_bits = spec.u32_in("virtual", config.virtual_bits, 15..=21)?;
     config.bias_texels = spec.f32_in("depth_bias", config.bias_texels, 0.0..=16.0)?;
     config.cull = super::cull(spec)?;
     config.pressure = match spec.one_of("pressure", "demand", &["demand", "histogram", "level"])? {
@@ -135,6 +148,9 @@ pub(super) fn config(spec: &MethodSpec, size: [u32; 2]) -> Result<Config, LabErr
     Ok(config)
 }
 
+/// Lights up to which the mask holds floats.
+const FLOAT_MASKS: usize = 4;
+
 /// Whether the budget of pairs follows the scene.
 fn pairs_are_auto(spec: &MethodSpec) -> bool {
     spec.parameters.iter().rfind(|(key, _)| key == "pairs").is_none_or(|(_, value)| value == "auto")
@@ -142,11 +158,11 @@ fn pairs_are_auto(spec: &MethodSpec) -> bool {
 
 pub(super) struct Rmsm {
     engine: Engine,
+    lights: Vec<LightId>,
 }
 
 impl Rmsm {
     pub(super) fn new(spec: &MethodSpec, lab: &Lab) -> Result<Self, LabError> {
-        hard_directional(spec, lab)?;
         let mut config = config(spec, lab.view().size)?;
         if lab.device_is_cpu() {
             config.cull_group = 16;
@@ -154,8 +170,14 @@ impl Rmsm {
         if pairs_are_auto(spec) {
             config.pair_capacity = config.pair_capacity.max(Config::least_pairs(lab.scene_buffers().caster_count));
         }
-        let engine = Engine::on(lab.gpu(), &config, lab.scene_buffers(), &lab.prepass().receivers());
-        Ok(Self { engine: engine.map_err(|error| as_typed(error, spec))? })
+        let lights = &lab.view().lights;
+        config.lights = lights.len() as u32;
+        // hard shadows are bits; a few lights are given as floats, which take no unpacking
+        config.mask_bits = if lights.len() <= FLOAT_MASKS { 32 } else { 1 };
+        let mut engine = Engine::on(lab.gpu(), &config, lab.scene_buffers(), &[lab.prepass().receivers()])
+            .map_err(|error| as_typed(error, spec))?;
+        let lights = lights.iter().map(|light| engine.add_light(light)).collect::<Result<_, _>>()?;
+        Ok(Self { engine, lights })
     }
 }
 
@@ -174,17 +196,42 @@ fn as_typed(error: Error, spec: &MethodSpec) -> LabError {
 
 impl Method for Rmsm {
     fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError> {
-        let input = lab.frame_input();
+        let lights = &lab.view().lights;
+        if lights.len() != self.lights.len() {
+            let (now, made) = (lights.len(), self.lights.len());
+            return Err(LabError::Refused(format!("the view has {now} lights, the method was made for {made}")));
+        }
+        for (&id, light) in self.lights.iter().zip(lights) {
+            self.engine.set_light(id, light)?;
+        }
+        let inputs = [lab.frame_input()];
         let mut recorded = Ok(());
-        let times = lab.frame(|cmd, timer| recorded = self.engine.record_timed(cmd, &input, Some(timer)))?;
+        let times = lab.frame(|cmd, timer| recorded = self.engine.record_timed(cmd, &inputs, Some(timer)))?;
         recorded?;
         let tiles_ms = times.stages.iter().filter(|s| matches!(s.0, "cull" | "tiles")).map(|s| s.1).sum();
         self.engine.steer(times.ms, tiles_ms);
         Ok(times)
     }
 
-    fn visibility(&mut self, lab: &Lab) -> Result<Vec<f32>, LabError> {
-        Ok(bytemuck::pod_collect_to_vec(&lab.read_image(&self.engine.buffers.visibility, Access::TransferRead, 4)?))
+    fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {
+        let slot = super::of_light(&self.lights, INFO.name, light)?.slot();
+        let words: Vec<u32> = bytemuck::pod_collect_to_vec(&lab.read_image(
+            &self.engine.views[0].buffers.mask,
+            Access::TransferRead,
+            4,
+        )?);
+        let pixels = words.len() / self.engine.config.mask_layers() as usize;
+        let bits = self.engine.config.mask_bits;
+        let (layer, shift) = ((slot * bits / 32) as usize, slot * bits % 32);
+        let layer = &words[layer * pixels..][..pixels];
+        let most = (1u64 << bits) - 1;
+        Ok(layer
+            .iter()
+            .map(|&word| match bits {
+                32 => f32::from_bits(word),
+                _ => (u64::from(word >> shift) & most) as f32 / most as f32,
+            })
+            .collect())
     }
 
     fn memory(&self) -> Vec<(&'static str, u64)> {
@@ -201,13 +248,13 @@ impl Method for Rmsm {
                 refused: c.refused[l],
             })
             .collect::<Vec<_>>();
-        let grid = Grid::new(lab.frame_input().light_direction, lab.scene_buffers())?;
         let config = &self.engine.config;
-        let interior = f64::from(config.page_texels - 2 * config.gutter);
         let finest = levels.iter().find(|l| l.resident > 0).map_or(ROOT_LEVEL as u32, |l| l.level);
-        let texel = grid.page * f64::from(1u32 << finest) / interior;
+        let exact = self.engine.views[0].exact.as_ref();
+        let traced = exact.map(|exact| lab.read_buffer(&exact.count)).transpose()?;
+        let rays = traced.map_or(0, |bytes| bytemuck::pod_read_unaligned::<u32>(&bytes[..4]));
         Ok(Statistics {
-            effective_resolution: grid.extent() / texel,
+            effective_resolution: f64::from(config.interior()) * f64::from(1u32 << (ROOT_LEVEL as u32 - finest)),
             levels,
             counters: [
                 ("requests", c.leaves),
@@ -223,6 +270,9 @@ impl Method for Rmsm {
                 ("pages_deferred", c.deferred),
                 ("pages_evicted", c.evicted),
                 ("pages_invalidated", c.invalidated),
+                ("faces", c.active_faces[0]),
+                ("faces_starved", c.starved),
+                ("rays", rays),
                 ("page_capacity", config.page_capacity()),
                 ("moving_instances", c.dynamics),
                 ("changed_bounds", c.changed),

@@ -13,15 +13,15 @@ use ash::vk;
 
 /// Pixels of a page's thumbnail in the picture of the atlas.
 const THUMBNAIL: u32 = 32;
-/// Side of the picture of the page table; it spans the four root pages.
+/// Side of the picture of the page table; it spans a page of the root level.
 const TABLE_SIDE: u32 = 1024;
 const EMPTY: [u8; 3] = [24, 24, 28];
 
 pub(super) fn draw(engine: &Engine, lab: &Lab) -> Result<Vec<DebugPicture>, LabError> {
     let entries = entries(engine, lab)?;
     let [width, height] = lab.view().size;
-    let level = |e: &u32| if *e == 0 { f32::NAN } else { (e >> 27 & 15) as f32 };
-    let page = |e: &u32| if *e == 0 { u32::MAX } else { e & 0x1fff };
+    let level = |e: &u32| if *e == 0 { f32::NAN } else { (e >> 26 & 31) as f32 };
+    let page = |e: &u32| if *e == 0 { u32::MAX } else { e & 0xfff };
     let by_level: Vec<_> = entries.iter().map(level).collect();
     let by_page: Vec<_> = entries.iter().map(page).collect();
     let pages = pages(engine, lab)?;
@@ -47,11 +47,12 @@ fn entries(engine: &Engine, lab: &Lab) -> Result<Vec<u32>, LabError> {
     let usage = vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::TRANSFER_SRC;
     let target =
         Image::new(lab.gpu(), "entries", &ImageSpec { format: vk::Format::R32_UINT, width, height, layers: 0, usage })?;
-    let pass = Lookup::entries(lab.gpu(), &engine.config, &engine.buffers, &lab.prepass().receivers(), &target)?;
+    let (b, view) = (&engine.buffers, &engine.views[0].buffers);
+    let pass = Lookup::entries(lab.gpu(), &engine.config, b, view, &lab.prepass().receivers(), &target)?;
     lab.submit(|cmd| {
         let device = &lab.gpu().device;
         sync::discard(device, cmd, &target, Access::Nothing, Access::StorageImage);
-        pass.record(cmd, [width, height]);
+        pass.dispatch(cmd, &(), [width.div_ceil(8), height.div_ceil(8), 1]);
         sync::image(device, cmd, &target, Access::StorageImage, Access::TransferRead);
     })?;
     Ok(bytemuck::pod_collect_to_vec(&lab.read_image(&target, Access::TransferRead, 4)?))
@@ -65,13 +66,8 @@ fn pages(engine: &Engine, lab: &Lab) -> Result<Vec<Page>, LabError> {
     Ok(pages.into_iter().filter(|p| p.admitted != 0).collect())
 }
 
-fn key_level(key: u32) -> u32 {
-    ROOT_LEVEL as u32 + 1 - (key >> 28)
-}
-
-/// Every second bit, packed.
-fn unspread(bits: u32) -> u32 {
-    (0..14).fold(0, |x, i| x | (bits >> (2 * i) & 1) << i)
+fn key_level(key: [u32; 2]) -> u32 {
+    ROOT_LEVEL as u32 + 1 - (key[0] >> 27)
 }
 
 /// A thumbnail of each layer: the depths of a drawn page between its nearest and farthest, tinted by its level.
@@ -85,12 +81,12 @@ fn atlas(engine: &Engine, lab: &Lab, pages: &[Page]) -> Result<Picture, LabError
     let mut out = Picture::filled(columns * THUMBNAIL, capacity.div_ceil(columns) * THUMBNAIL, EMPTY);
     for (page, tint) in pages.iter().zip(tints) {
         let layer = &depths[(page.slot * side * side) as usize..((page.slot + 1) * side * side) as usize];
-        let drawn = layer.iter().copied().filter(|d| *d < 1.0);
+        let drawn = layer.iter().copied().filter(|d| *d > 0.0);
         let (low, high) = drawn.fold((1.0f32, 0.0f32), |(l, h), d| (l.min(d), h.max(d)));
         for i in 0..THUMBNAIL * THUMBNAIL {
             let (x, y) = (i % THUMBNAIL, i / THUMBNAIL);
             let depth = layer[((y * side / THUMBNAIL) * side + x * side / THUMBNAIL) as usize];
-            let shade = if depth < 1.0 { 1.0 - 0.7 * (depth - low) / (high - low).max(1e-9) } else { 0.12 };
+            let shade = if depth > 0.0 { 0.3 + 0.7 * (depth - low) / (high - low).max(1e-9) } else { 0.12 };
             let color = tint.map(|c| (f32::from(c) * shade) as u8);
             out.set(page.slot % columns * THUMBNAIL + x, page.slot / columns * THUMBNAIL + y, color);
         }
@@ -98,19 +94,26 @@ fn atlas(engine: &Engine, lab: &Lab, pages: &[Page]) -> Result<Picture, LabError
     Ok(out)
 }
 
-/// The drawn pages where they lie across the light, fine ones over coarse ones.
+/// The drawn pages where they lie in each face, fine ones over coarse ones; faces side by side.
 fn table(pages: &[Page]) -> Result<Picture, LabError> {
+    let face = |p: &Page| p.key[0] >> 14 & 0x1fff;
+    let mut faces: Vec<u32> = pages.iter().map(face).collect();
+    faces.sort_unstable();
+    faces.dedup();
+    let columns = (faces.len().max(1) as f64).sqrt().ceil() as u32;
+    let cell = TABLE_SIDE / columns;
     let mut out = Picture::filled(TABLE_SIDE, TABLE_SIDE, EMPTY);
     for (page, color) in pages.iter().zip(level_colors(pages)?) {
         let level = key_level(page.key);
-        let at =
-            |coordinate: u32| ((u64::from(coordinate) * u64::from(TABLE_SIDE)) << level >> (ROOT_LEVEL + 1)) as u32;
-        let (x, y) = (unspread(page.key), unspread(page.key >> 1));
+        let at = |coordinate: u32| ((u64::from(coordinate) * u64::from(cell)) << level >> ROOT_LEVEL) as u32;
+        let (x, y) = ((page.key[0] & 0x3fff) << 9 | page.key[1] >> 23, page.key[1] & 0x7f_ffff);
+        let place = faces.binary_search(&face(page)).unwrap_or(0) as u32;
+        let (column, row) = (place % columns * cell, place / columns * cell);
         let (left, top) = (at(x), at(y));
         let (width, height) = ((at(x + 1) - left).max(1), (at(y + 1) - top).max(1));
-        out.fill(left, top, width, height, color.map(|c| c / 2));
+        out.fill(column + left, row + top, width, height, color.map(|c| c / 2));
         if width > 2 && height > 2 {
-            out.fill(left + 1, top + 1, width - 1, height - 1, color);
+            out.fill(column + left + 1, row + top + 1, width - 1, height - 1, color);
         }
     }
     Ok(out)

@@ -73,7 +73,7 @@ impl Bvh {
         }
         let tiny = 1e-12 * direction.abs().max_element();
         let d = DVec3::from_array(direction.to_array().map(|c| if c.abs() < tiny { tiny.copysign(c) } else { c }));
-        // f32 slab tests are off by at most 4 roundings (2^-24 each) of the coordinates involved, which stay within the bounds
+        // f32 boxes and slab tests are off by at most 5 roundings (2^-24 each) of the coordinates involved, which stay within the bounds
         let margin = spread + 2e-6 * self.min.abs().max(self.max.abs()).max_element();
         let a = (self.min - margin - origin) / d;
         let b = (self.max + margin - origin) / d;

@@ -15,10 +15,30 @@ pub struct Crawl {
     pub decided_pixels: u64,
 }
 
+/// Several lights as one: shares of all their decided pixels.
+impl std::iter::Sum for Crawl {
+    fn sum<I: Iterator<Item = Self>>(lights: I) -> Self {
+        let add = |a: Self, b: Self| {
+            let decided_pixels = a.decided_pixels + b.decided_pixels;
+            let mean = |x: f64, y: f64| {
+                (x * a.decided_pixels as f64 + y * b.decided_pixels as f64) / decided_pixels.max(1) as f64
+            };
+            Self {
+                flips: mean(a.flips, b.flips),
+                reference_flips: mean(a.reference_flips, b.reference_flips),
+                crawl: mean(a.crawl, b.crawl),
+                decided_pixels,
+            }
+        };
+        lights.fold(Self::default(), add)
+    }
+}
+
 /// One frame: what a method computed, one value a pixel, 1 lit, 0 shadowed; and the reference.
 type Frame<'a> = (&'a [f32], &'a Reference);
 
-/// Compares two consecutive frames pixel by pixel. Pixels with n.l <= 0 count as shadowed, as in [`super::compare`].
+/// Compares two consecutive frames pixel by pixel. Pixels with n.l <= 0 or out of the light's reach count as shadowed, as in
+/// [`super::compare`].
 ///
 /// Fails as [`super::compare`] does for either frame, and when the frames differ in size.
 pub fn crawl(before: Frame, after: Frame) -> Result<Crawl, TruthError> {
@@ -97,6 +117,14 @@ mod tests {
     fn nothing_decided_is_no_flip() {
         let none = reference(&[None, None]);
         assert_eq!(of((&[0.0, 1.0], &none), (&[1.0, 0.0], &none)), Crawl::default());
+    }
+
+    #[test]
+    fn lights_weigh_by_their_decided_pixels() {
+        let one = Crawl { flips: 8.0, reference_flips: 4.0, crawl: 2.0, decided_pixels: 30 };
+        let other = Crawl { flips: 0.0, reference_flips: 0.0, crawl: 6.0, decided_pixels: 10 };
+        let sum: Crawl = [one, Crawl::default(), other].into_iter().sum();
+        assert_eq!(sum, Crawl { flips: 6.0, reference_flips: 3.0, crawl: 3.0, decided_pixels: 40 });
     }
 
     #[test]

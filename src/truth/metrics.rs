@@ -58,36 +58,63 @@ pub enum PixelClass {
 
 /// Compares a visibility image (1 lit, 0 shadowed, lit at 0.5 and above) with the reference.
 ///
-/// Pixels without a surface or with n.l <= 0 count as shadowed in both images, whatever `result` holds there.
+/// Pixels without a surface, with n.l <= 0 or out of the light's reach count as shadowed in both images, whatever `result`
+/// holds there.
 /// Fails when `result` is empty, has another size than the reference, or holds a value that is not finite.
 pub fn compare(result: &[f32], reference: &Reference) -> Result<Metrics, TruthError> {
     let classes = classify(result, reference)?;
     let count = |class: PixelClass| classes.iter().filter(|&&c| c == class).count() as u64;
-    let (on_edge, acne, lost) = (count(PixelClass::OnEdge), count(PixelClass::Acne), count(PixelClass::Lost));
-    let leak = count(PixelClass::Leak) + lost;
-    let decided = reference.decided.iter().filter(|&&d| d).count() as u64;
-    let edges = edge_pixels(reference);
-    let differing = on_edge + acne + leak;
-    let share = |n: u64| if decided == 0 { 0.0 } else { 100.0 * n as f64 / decided as f64 };
-    Ok(Metrics {
-        mismatch: share(differing),
-        edge_error: match (differing, edges) {
-            (0, _) => 0.0,
-            (_, 0) => f64::INFINITY,
-            (d, e) => 100.0 * d as f64 / e as f64,
-        },
-        off_edge: share(acne + leak),
-        acne: share(acne),
-        leak: share(leak),
-        lost: share(lost),
-        decided_pixels: decided,
-        edge_pixels: edges,
-        differing,
-        off_edge_pixels: acne + leak,
-        acne_pixels: acne,
-        leak_pixels: leak,
-        lost_pixels: lost,
-    })
+    let (acne_pixels, lost_pixels) = (count(PixelClass::Acne), count(PixelClass::Lost));
+    let leak_pixels = count(PixelClass::Leak) + lost_pixels;
+    let counts = Metrics {
+        decided_pixels: reference.decided.iter().filter(|&&d| d).count() as u64,
+        edge_pixels: edge_pixels(reference),
+        differing: count(PixelClass::OnEdge) + acne_pixels + leak_pixels,
+        off_edge_pixels: acne_pixels + leak_pixels,
+        acne_pixels,
+        leak_pixels,
+        lost_pixels,
+        ..Metrics::default()
+    };
+    Ok(counts.with_shares())
+}
+
+impl Metrics {
+    /// The shares that follow from the counts.
+    fn with_shares(self) -> Self {
+        let decided = self.decided_pixels;
+        let share = |n: u64| if decided == 0 { 0.0 } else { 100.0 * n as f64 / decided as f64 };
+        Self {
+            mismatch: share(self.differing),
+            edge_error: match (self.differing, self.edge_pixels) {
+                (0, _) => 0.0,
+                (_, 0) => f64::INFINITY,
+                (d, e) => 100.0 * d as f64 / e as f64,
+            },
+            off_edge: share(self.off_edge_pixels),
+            acne: share(self.acne_pixels),
+            leak: share(self.leak_pixels),
+            lost: share(self.lost_pixels),
+            ..self
+        }
+    }
+}
+
+/// Several images as one: the counts are summed, the shares are those of the sums.
+impl std::iter::Sum for Metrics {
+    fn sum<I: Iterator<Item = Self>>(images: I) -> Self {
+        let add = |a: Self, b: Self| Self {
+            decided_pixels: a.decided_pixels + b.decided_pixels,
+            edge_pixels: a.edge_pixels + b.edge_pixels,
+            differing: a.differing + b.differing,
+            off_edge_pixels: a.off_edge_pixels + b.off_edge_pixels,
+            acne_pixels: a.acne_pixels + b.acne_pixels,
+            leak_pixels: a.leak_pixels + b.leak_pixels,
+            lost_pixels: a.lost_pixels + b.lost_pixels,
+            ..a
+        };
+        images.fold(Self::default(), add).with_shares()
+    }
 }
 
 /// The class of every pixel; rules and errors as for [`compare`].

@@ -9,15 +9,19 @@ mod metrics;
 mod reference;
 mod soft;
 mod trace;
+mod turned;
 
 pub use alpha::alpha_at;
 pub use crawl::{Crawl, crawl};
 pub use metrics::{Metrics, PixelClass, classify, compare, rmse};
-pub use reference::{DECIDED_N_DOT_L, Reference, reference, trace_visibility};
+pub use reference::{DECIDED_N_DOT_L, Reference, ray_offsets, reference, trace_visibility};
 pub use soft::{SOFT_SAMPLES, reference_soft};
 pub use trace::Tracer;
 
-pub(crate) use reference::to_light;
+pub(crate) use reference::{snap, to_light};
+pub(crate) use turned::Turned;
+
+use glam::{DVec3, Vec3};
 
 /// An input that the reference or a metric cannot use.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -40,7 +44,11 @@ pub struct GBuffer {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// World position minus `Scene::origin`; zero where nothing was hit.
+    /// Position of the eye minus [`Scene::origin`](crate::scene::Scene::origin), world axes.
+    pub eye: DVec3,
+    /// World size of a pixel in the centre of the image at distance 1 from the eye, above 0.
+    pub pixel: f64,
+    /// World position minus that of the eye; zero where nothing was hit.
     pub position: Vec<[f32; 3]>,
     /// Unit geometric normal towards the eye, world space; zero where nothing was hit.
     pub normal: Vec<[f32; 3]>,
@@ -51,6 +59,16 @@ pub struct GBuffer {
 }
 
 impl GBuffer {
+    /// Position of a pixel's surface relative to [`Scene::origin`](crate::scene::Scene::origin).
+    pub fn point(&self, pixel: usize) -> DVec3 {
+        self.eye + Vec3::from_array(self.position[pixel]).as_dvec3()
+    }
+
+    /// World size of a pixel at its surface, across the view ray.
+    pub fn footprint(&self, pixel: usize) -> f64 {
+        self.pixel * Vec3::from_array(self.position[pixel]).as_dvec3().length()
+    }
+
     /// Number of pixels; an error if a list has another length or there is no pixel.
     fn checked_len(&self) -> Result<usize, TruthError> {
         let want = self.width as usize * self.height as usize;
@@ -58,6 +76,12 @@ impl GBuffer {
             return Err(TruthError::new(format!(
                 "the G-buffer is {}x{} pixels, at least 1x1 is needed",
                 self.width, self.height
+            )));
+        }
+        if !(self.pixel > 0.0 && self.pixel.is_finite() && self.eye.is_finite()) {
+            return Err(TruthError::new(format!(
+                "the G-buffer's eye is {} and its pixel {}, finite numbers and a pixel above 0 are needed",
+                self.eye, self.pixel
             )));
         }
         for (name, len) in [("position", self.position.len()), ("normal", self.normal.len()), ("hit", self.hit.len())] {

@@ -1,5 +1,6 @@
 //! Ray-traced hard shadows at every pixel, and which pixels have a stable answer.
 
+use super::trace::BUNDLE;
 use super::{GBuffer, Tracer, TruthError};
 use crate::{Light, scene::Scene};
 use glam::DVec3;
@@ -9,8 +10,17 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Pixels whose n.l is not above this are never decided.
 pub const DECIDED_N_DOT_L: f64 = 0.01;
 
-/// Distances along the normal, as shares of the diagonal of the scene's bounds; the first is the reference's own.
-const OFFSETS: [f64; super::trace::BUNDLE] = [1e-5, 1e-6, 3e-5, 1e-4];
+/// Distances of ray origins from the surface along the normal, as shares of the length that [`ray_offsets`] chooses; the
+/// first is the reference's own.
+const OFFSETS: [f64; BUNDLE] = [1e-5, 1e-6, 3e-5, 1e-4];
+/// Pixels whose footprint is below this share of the scene's diagonal have offsets that follow the footprint.
+const SMALL_FOOTPRINT: f64 = 1e-5;
+/// The length of such a pixel in footprints: its offsets are 0.001 to 0.1 footprints.
+const FOOTPRINTS: f64 = 1000.0;
+
+/// How far a sample may lie off the surface that it shows, in its distances from the eye: twice what was seen at 2 cm from a
+/// triangle of 10 km.
+const SNAP: f64 = 5e-3;
 
 /// Ray-traced visibility of a light without extent, one entry a pixel, row 0 at the top.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -19,18 +29,19 @@ pub struct Reference {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// 1 lit, 0 shadowed; 0 where there is no surface or n.l <= 0.
+    /// 1 lit, 0 shadowed; 0 where there is no surface, n.l <= 0 or the light does not reach.
     pub visibility: Vec<u8>,
-    /// n.l above [`DECIDED_N_DOT_L`] and the same answer for all ray origins.
+    /// n.l above [`DECIDED_N_DOT_L`], in reach of the light from all ray origins, and the same answer for all of them.
     pub decided: Vec<bool>,
     /// Whether there is a surface.
     pub hit: Vec<bool>,
-    /// Whether there is a surface with n.l > 0.
+    /// Whether there is a surface with n.l > 0 that the light reaches ([`Light::reaches`]).
     pub facing: Vec<bool>,
 }
 
 impl Reference {
-    /// As `visibility.exr` holds it: 1 lit, 0 shadowed, 1 where there is no surface, 0 where n.l <= 0.
+    /// As `visibility.exr` holds it: 1 lit, 0 shadowed, 1 where there is no surface, 0 where n.l <= 0 or the light does not
+    /// reach.
     pub fn visibility_image(&self) -> Vec<f32> {
         self.visibility.iter().zip(&self.hit).map(|(&v, &hit)| if hit { f32::from(v) } else { 1.0 }).collect()
     }
@@ -38,9 +49,10 @@ impl Reference {
 
 /// Traces `light` at every pixel of `gbuffer` on all cores.
 ///
-/// The reference ray starts 1e-5 of the scene's diagonal along the normal; a pixel is decided when n.l > 0.01 and rays
-/// from 1e-6, 3e-5 and 1e-4 agree. `progress` is called from any thread with the share that is done, 0 to 1.
-/// Fails for lights with extent (see [`super::reference_soft`]), a direction without length, and a malformed G-buffer.
+/// The reference ray starts at the first of [`ray_offsets`] along the normal; a pixel is decided when n.l > 0.01 and rays
+/// from the others agree. Rays end at a spot or point light. `progress` is called from any thread with the share that is
+/// done, 0 to 1. Fails for lights with extent (see [`super::reference_soft`]), a light that is malformed, such as a direction without
+/// length, and a malformed G-buffer.
 pub fn reference(
     tracer: &Tracer,
     scene: &Scene,
@@ -54,7 +66,6 @@ pub fn reference(
     let pixels = gbuffer.checked_len()?;
     check_light(light)?;
     let (width, rows) = (gbuffer.width as usize, gbuffer.height as usize);
-    let diagonal = scene.diagonal();
     let mut out = Reference {
         width: gbuffer.width,
         height: gbuffer.height,
@@ -72,25 +83,74 @@ pub fn reference(
             if !gbuffer.hit[i] {
                 continue;
             }
-            let position = dvec3(gbuffer.position[i]);
-            let normal = dvec3(gbuffer.normal[i]);
-            let Some(to_light) = to_light(light, scene.origin, position) else { continue };
-            let n_dot_l = normal.dot(to_light.normalize());
-            if n_dot_l.is_nan() || n_dot_l <= 0.0 {
-                continue;
-            }
+            let (position, normal) = (gbuffer.point(i), dvec3(gbuffer.normal[i]));
+            let Some(n_dot_l) = facing_light(light, scene.origin, position, normal) else { continue };
             facing[x] = true;
-            let stable = n_dot_l > DECIDED_N_DOT_L;
-            let origins = OFFSETS.map(|o| position + normal * (o * diagonal));
-            let count = if stable { OFFSETS.len() } else { 1 };
-            let blocked = tracer.occluded_bundle(&origins[..count], to_light, f64::INFINITY);
+            let origins = ray_offsets(scene, gbuffer, i).map(|offset| position + normal * offset);
+            let stable = n_dot_l > DECIDED_N_DOT_L && origins.iter().all(|&o| light.reaches(scene.origin + o));
+            let count = if stable { BUNDLE } else { 1 };
+            let blocked = blocked(tracer, light, scene.origin, &origins[..count]);
             visibility[x] = u8::from(blocked & 1 == 0);
-            decided[x] = stable && (blocked == 0 || blocked == (1 << OFFSETS.len()) - 1);
+            decided[x] = stable && (blocked == 0 || blocked == (1 << BUNDLE) - 1);
         }
         let rows_done = done.fetch_add(1, Ordering::Relaxed) + 1;
         progress(rows_done as f64 / rows as f64);
     });
     Ok(out)
+}
+
+/// How far along the normal the rays of a pixel start, in world units; the first is the reference's own.
+///
+/// They are 1e-5, 1e-6, 3e-5 and 1e-4 of a length: the diagonal of the scene's bounds, or 1000 footprints of the pixel where
+/// its footprint is below 1e-5 of the diagonal, as in huge scenes and close to surfaces.
+pub fn ray_offsets(scene: &Scene, gbuffer: &GBuffer, pixel: usize) -> [f64; BUNDLE] {
+    let length = if is_small(scene, gbuffer, pixel) { FOOTPRINTS * gbuffer.footprint(pixel) } else { scene.diagonal() };
+    OFFSETS.map(|share| share * length)
+}
+
+fn is_small(scene: &Scene, gbuffer: &GBuffer, pixel: usize) -> bool {
+    gbuffer.footprint(pixel) < SMALL_FOOTPRINT * scene.diagonal()
+}
+
+/// Moves samples of small footprint along their view rays onto the nearest caster within [`SNAP`]: their offsets are below
+/// what single precision leaves of a large triangle that is drawn. `tracer` is asked only where there are such samples.
+pub(crate) fn snap<'a>(gbuffer: &mut GBuffer, scene: &Scene, tracer: impl FnOnce() -> &'a Tracer) {
+    let small: Vec<bool> = (0..gbuffer.hit.len()).map(|i| gbuffer.hit[i] && is_small(scene, gbuffer, i)).collect();
+    if !small.contains(&true) {
+        return;
+    }
+    let (tracer, eye) = (tracer(), gbuffer.eye);
+    gbuffer.position.par_iter_mut().zip(small).filter(|(_, small)| *small).for_each(|(position, _)| {
+        let ray = dvec3(*position);
+        // both ways start a hair behind the sample, so that they find a surface on which it lies exactly
+        let hair = f64::from(f32::EPSILON);
+        let found = [1.0, -1.0].map(|way| {
+            let t = tracer.first_hit(eye + ray * (1.0 - way * hair), ray * way, SNAP)?;
+            Some(way * (t - hair))
+        });
+        if let Some(t) = found.into_iter().flatten().min_by(|a, b| a.abs().total_cmp(&b.abs())) {
+            *position = (ray * (1.0 + t)).as_vec3().to_array();
+        }
+    });
+}
+
+/// n.l at `position` (relative to `origin`, the scene's origin) where it is above 0 and the light reaches.
+fn facing_light(light: &Light, origin: DVec3, position: DVec3, normal: DVec3) -> Option<f64> {
+    let n_dot_l = normal.dot(to_light(light, origin, position)?.normalize());
+    (n_dot_l > 0.0 && light.reaches(origin + position)).then_some(n_dot_l)
+}
+
+/// Whether a caster stands between the light and each of `ray_origins` (relative to `origin`, the scene's origin): bit i
+/// answers ray origin i.
+fn blocked(tracer: &Tracer, light: &Light, origin: DVec3, ray_origins: &[DVec3]) -> u32 {
+    if let Light::Directional { .. } = light {
+        let parallel = to_light(light, origin, DVec3::ZERO);
+        return parallel.map_or(0, |direction| tracer.occluded_bundle(ray_origins, direction, f64::INFINITY));
+    }
+    let each = ray_origins.iter().enumerate().map(|(i, &from)| {
+        u32::from(to_light(light, origin, from).is_some_and(|way| tracer.occluded(from, way, 1.0))) << i
+    });
+    each.sum()
 }
 
 /// Vector towards the light at `position` (relative to `origin`, the scene's origin): a unit vector for a directional
@@ -111,21 +171,36 @@ pub(crate) fn to_light(light: &Light, origin: DVec3, position: DVec3) -> Option<
 }
 
 pub(super) fn check_light(light: &Light) -> Result<(), TruthError> {
+    let require = |holds: bool, what: &dyn Fn() -> String| {
+        if holds { Ok(()) } else { Err(TruthError::new(format!("the light's {}", what()))) }
+    };
+    let direction = |d: &DVec3| {
+        require(d.try_normalize().is_some(), &|| format!("direction is {d}, a finite length above 0 is needed"))
+    };
+    let place = |position: &DVec3, range: f64| {
+        require(position.is_finite(), &|| format!("position is {position}, three finite numbers are needed"))?;
+        require(range > 0.0, &|| format!("range is {range}, above 0 is needed"))
+    };
     match light {
-        Light::Directional { direction, .. } if direction.try_normalize().is_none() => {
-            Err(TruthError::new(format!("the light's direction is {direction}, a finite length above 0 is needed")))
+        Light::Directional { direction: d, angular_diameter_deg: angle } => {
+            direction(d)?;
+            require((0.0..180.0).contains(angle), &|| {
+                format!("angular diameter is {angle} degrees, allowed is 0 up to 180")
+            })
         }
-        Light::Directional { angular_diameter_deg: d, .. } if !(0.0..180.0).contains(d) => {
-            Err(TruthError::new(format!("the light's angular diameter is {d} degrees, allowed is 0 up to 180")))
+        Light::Spot { position, direction: d, outer_angle_deg: angle, range, .. } => {
+            place(position, *range)?;
+            direction(d)?;
+            require(*angle > 0.0 && *angle <= 90.0, &|| {
+                format!("outer angle is {angle} degrees, allowed is above 0 and up to 90")
+            })
         }
-        Light::Directional { .. } | Light::Spot { .. } | Light::Point { .. } => Ok(()),
-        Light::Area { polygon } if polygon.len() < 3 => {
-            Err(TruthError::new(format!("the light's polygon has {} corners, at least 3 are needed", polygon.len())))
+        Light::Point { position, range } => place(position, *range),
+        Light::Area { polygon } => {
+            require(polygon.len() >= 3, &|| format!("polygon has {} corners, at least 3 are needed", polygon.len()))?;
+            let odd = polygon.iter().find(|p| !p.is_finite()).copied().unwrap_or_default();
+            require(odd.is_finite(), &|| format!("polygon has the corner {odd}, three finite numbers are needed"))
         }
-        Light::Area { polygon } => match polygon.iter().find(|p| !p.is_finite()) {
-            Some(p) => Err(TruthError::new(format!("a corner of the light's polygon is {p}, which is not finite"))),
-            None => Ok(()),
-        },
     }
 }
 
@@ -143,11 +218,38 @@ pub fn trace_visibility(
 ) -> Result<Vec<f32>, TruthError> {
     let pixels = gbuffer.checked_len()?;
     check_light(light)?;
-    let offset = OFFSETS[0] * scene.diagonal();
     let visible = |i: usize| {
-        let (position, normal) = (dvec3(gbuffer.position[i]), dvec3(gbuffer.normal[i]));
-        to_light(light, scene.origin, position)
-            .is_some_and(|l| normal.dot(l) > 0.0 && !tracer.occluded(position + normal * offset, l, f64::INFINITY))
+        let (position, normal) = (gbuffer.point(i), dvec3(gbuffer.normal[i]));
+        let [offset, ..] = ray_offsets(scene, gbuffer, i);
+        facing_light(light, scene.origin, position, normal).is_some()
+            && blocked(tracer, light, scene.origin, &[position + normal * offset]) == 0
     };
     Ok((0..pixels).into_par_iter().map(|i| f32::from(u8::from(!gbuffer.hit[i] || visible(i)))).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_samples_snap_to_their_surface() {
+        let scene = crate::scene::builtin();
+        let tracer = Tracer::new(&scene);
+        let eye = DVec3::new(-11.0, 9.0, -14.0) - scene.origin;
+        let fan = (0..400).map(|i| DVec3::new(0.4 + 0.03 * f64::from(i % 20), -0.5, 0.9 - 0.03 * f64::from(i / 20)));
+        let exact: Vec<DVec3> =
+            fan.filter_map(|way| tracer.first_hit(eye, way, 100.0).map(|distance| way * distance)).collect();
+        assert!(exact.len() > 300, "{} samples", exact.len());
+        for (pixel, off, snaps) in [(1e-9, 0.0, true), (1e-9, 1e-3, true), (1e-9, -1e-3, true), (1.0, 1e-3, false)] {
+            let position: Vec<_> = exact.iter().map(|p| (*p * (1.0 + off)).as_vec3().to_array()).collect();
+            let hit = vec![true; exact.len()];
+            let mut gbuffer = GBuffer { eye, pixel, position, hit, ..GBuffer::default() };
+            snap(&mut gbuffer, &scene, || &tracer);
+            let near = |i: &usize| (gbuffer.point(*i) - eye - exact[*i]).length() < 1e-6 * exact[*i].length();
+            let count = (0..exact.len()).filter(near).count();
+            // where two surfaces meet the nearest may be the other one
+            let most = if off == 0.0 { exact.len() } else { exact.len() * 9 / 10 };
+            assert!(if snaps { count >= most } else { count == 0 }, "{count} of {} at {pixel}, {off}", exact.len());
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! Ray-traced soft shadows: the visible share of a light with extent, by jittered samples.
 
-use super::reference::{check_light, dvec3, to_light};
+use super::reference::{check_light, dvec3, ray_offsets, to_light};
 use super::{GBuffer, Tracer, TruthError};
 use crate::{Light, scene::Scene};
 use glam::DVec3;
@@ -11,8 +11,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const GRID: u32 = 32;
 /// Samples a pixel.
 pub const SOFT_SAMPLES: u32 = GRID * GRID;
-/// Ray origins move along the normal by this share of the diagonal of the scene's bounds.
-const OFFSET: f64 = 1e-5;
 /// Rays to an area light end this share of their length before it, so that its own geometry does not block it.
 const END_GAP: f64 = 1e-6;
 
@@ -42,7 +40,6 @@ pub fn reference_soft(
     check_light(light)?;
     let emitter = Emitter::new(light, scene.origin)?;
     let (width, rows) = (gbuffer.width as usize, gbuffer.height as usize);
-    let offset = OFFSET * scene.diagonal();
     let done = AtomicUsize::new(0);
     let mut out = vec![1.0f32; pixels];
     out.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
@@ -50,7 +47,8 @@ pub fn reference_soft(
             let i = y * width + x;
             if gbuffer.hit[i] {
                 let normal = dvec3(gbuffer.normal[i]);
-                let origin = dvec3(gbuffer.position[i]) + normal * offset;
+                let [offset, ..] = ray_offsets(scene, gbuffer, i);
+                let origin = gbuffer.point(i) + normal * offset;
                 *value = emitter.visible(tracer, origin, normal, i as u32);
             }
         }

@@ -3,12 +3,13 @@
 //! for the ranks.
 
 use super::compact::compact;
-use super::key::{hash, key_ancestor, key_level};
-use super::{ROOT_LEVEL, SHIFTS};
+use super::key::{key_ancestor, key_face, key_hash, key_level, key_of, key_quadrant, to_morton};
+use super::{FACES, ROOT_LEVEL, SHIFTS};
 use crate::{Config, Pressure};
 use std::collections::{BTreeMap, BTreeSet};
 
 const RANKS: u32 = 2048;
+const ALL_RANKS: u32 = 4096;
 const ORDERS: u32 = 8192;
 /// No layer of the atlas.
 pub const NONE: u32 = u32::MAX;
@@ -17,19 +18,23 @@ pub const NONE: u32 = u32::MAX;
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Input {
     /// Pixels by key.
-    pub requests: BTreeMap<u32, u32>,
+    pub requests: BTreeMap<u64, u32>,
+    /// Slots of directional lights: the roots of their faces always exist.
+    pub directional: Vec<u32>,
     /// Pages that layers hold from earlier frames, in the order of the layers, and whether they are still right.
-    pub held: Vec<(u32, bool)>,
+    pub held: Vec<(u64, bool)>,
     /// Pages that moving casters touch.
-    pub moving: BTreeSet<u32>,
+    pub moving: BTreeSet<u64>,
     /// Most layers to draw.
     pub draw_budget: u32,
 }
 
 impl Input {
-    /// The requests in the order of their keys.
-    pub fn list(&self) -> Vec<(u32, u32)> {
-        self.requests.iter().map(|(&key, &pixels)| (key, pixels)).collect()
+    /// The requests as they are sorted: Morton form and pixels.
+    pub fn list(&self) -> Vec<(u64, u32)> {
+        let mut list: Vec<_> = self.requests.iter().map(|(&key, &pixels)| (to_morton(key), pixels)).collect();
+        list.sort_unstable();
+        list
     }
 }
 
@@ -64,7 +69,7 @@ pub struct Node {
     /// Whether the cached and the dynamic layer of this page, or of one below it, are drawn.
     pub drawn: [bool; 2],
     /// Keys of the children by quadrant, 0 where there is none.
-    pub child: [u32; 4],
+    pub child: [u64; 4],
 }
 
 impl Node {
@@ -99,7 +104,7 @@ impl Node {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Page {
     /// The page.
-    pub key: u32,
+    pub key: u64,
     /// Its layer: that which holds it, else the first of two of its own after all that are held.
     pub slot: u32,
     /// The layer of its moving casters, the second of its own; [`NONE`] where there are none.
@@ -114,9 +119,11 @@ pub struct Allocation {
     /// Levels by which the requests were coarsened.
     pub shift: u32,
     /// Keys asked for after coarsening.
-    pub leaves: BTreeSet<u32>,
+    pub leaves: BTreeSet<u64>,
+    /// Ranks of the roots.
+    pub roots: BTreeMap<u64, u32>,
     /// All nodes by key.
-    pub nodes: BTreeMap<u32, Node>,
+    pub nodes: BTreeMap<u64, Node>,
     /// Least rank that is refined.
     pub threshold: u32,
     /// Least rank that is refined where that draws; 0 when all may be drawn.
@@ -139,13 +146,15 @@ pub struct Allocation {
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Service {
     /// Page table entry of every node.
-    pub entries: BTreeMap<u32, u32>,
+    pub entries: BTreeMap<u64, u32>,
     /// Keys asked for, per level.
-    pub requested: [u32; 16],
+    pub requested: [u32; 24],
     /// Of these, those that a page more than `tolerance` levels coarser serves, or none.
-    pub refused: [u32; 16],
+    pub refused: [u32; 24],
     /// Layers to draw that are put off: those of [`Allocation`] and those of chosen pages that do not serve.
     pub deferred: u32,
+    /// Faces that no page serves.
+    pub starved: u32,
 }
 
 /// 64 steps an octave of benefit / cost.
@@ -158,20 +167,28 @@ fn benefit_rank(benefit: u64, cost: i32) -> u32 {
     (high * 64 + (seven_bits & 63) as u32).clamp(1, RANKS - 2)
 }
 
+/// Rank of a root; `directional`: its light is one.
+fn root_rank(key: u64, node: &Node, directional: bool) -> u32 {
+    let capped = |pixels: u64| pixels.min(0x3fff_ffff);
+    let benefit = capped(node.own) + capped(node.below);
+    let rank = if directional { RANKS - 1 } else { benefit_rank(benefit, node.layers()).min(RANKS - 33) };
+    RANKS + (rank & !31 | key_hash(key) & 31)
+}
+
 /// Keys from `key` to its root.
-fn path(key: u32) -> impl Iterator<Item = u32> {
+fn path(key: u64) -> impl Iterator<Item = u64> {
     (0..=(ROOT_LEVEL - key_level(key)) as u32).map(move |steps| key_ancestor(key, steps))
 }
 
 /// Least rank above 0 whose costs, with those of all higher ranks, are within the budget.
 fn least_rank(costs: &[(u32, i32)], budget: i32) -> u32 {
     let sum = |least: u32| costs.iter().filter(|&&(rank, _)| rank >= least).map(|&(_, cost)| cost).sum::<i32>();
-    (1..RANKS).find(|&least| sum(least) <= budget).unwrap_or(RANKS)
+    (1..ALL_RANKS).find(|&least| sum(least) <= budget).unwrap_or(ALL_RANKS)
 }
 
 /// Order of the nodes of one rank, coarse levels first: `draw_order` of `glsl/shared/refine.glsl`.
-fn order(key: u32) -> u32 {
-    ((ROOT_LEVEL - key_level(key)) as u32 * ORDERS + hash(key) % ORDERS) / 14
+fn order(key: u64) -> u32 {
+    ((ROOT_LEVEL - key_level(key)) as u32 * ORDERS + key_hash(key) % ORDERS) / 24
 }
 
 /// The last place in the order before which the costs are within the budget.
@@ -190,8 +207,8 @@ fn tree(input: &Input, config: &Config) -> Allocation {
     let runs = compact(&input.list()).runs;
     let fits = runs[..3].iter().position(|&r| r <= config.request_capacity()).unwrap_or(3);
     let mut out = Allocation { shift: SHIFTS[fits], ..Allocation::default() };
-    for root in 0..4 {
-        out.nodes.insert(1 << 28 | root, Node::default());
+    for &light in &input.directional {
+        out.nodes.insert(key_of(ROOT_LEVEL, light * FACES, [0, 0]), Node::default());
     }
     for (&key, &count) in &input.requests {
         let leaf = key_ancestor(key, out.shift);
@@ -204,7 +221,7 @@ fn tree(input: &Input, config: &Config) -> Allocation {
         for (distance, key) in (0..).zip(path(leaf)).skip(1) {
             let node = out.nodes.entry(key).or_default();
             node.below += own << config.weight_bits().min(distance);
-            node.child[child as usize & 3] = child;
+            node.child[key_quadrant(child)] = child;
             child = key;
         }
     }
@@ -216,7 +233,7 @@ fn tree(input: &Input, config: &Config) -> Allocation {
 }
 
 impl Allocation {
-    fn refinement(&self, key: u32, pressure: Pressure) -> Option<Refinement> {
+    fn refinement(&self, key: u64, pressure: Pressure) -> Option<Refinement> {
         let node = &self.nodes[&key];
         let children: Vec<_> = node.child.iter().filter_map(|child| self.nodes.get(child)).collect();
         if children.is_empty() {
@@ -235,15 +252,14 @@ impl Allocation {
 
     /// Keys of the chosen pages if the nodes from these ranks on are refined, and those of the rank before `draw_threshold`
     /// that come before `draw_order`.
-    fn cut(&self, threshold: u32, draw_threshold: u32, draw_order: u32) -> Vec<u32> {
-        let refined = |key: u32| {
-            self.nodes[&key].refinement.is_some_and(|r| {
-                let next = r.draw_rank + 1 == draw_threshold && order(key) < draw_order;
-                r.rank >= threshold && (r.draw_rank >= draw_threshold || next)
-            })
-        };
-        let chosen = |key: u32, node: &Node| {
-            key_level(key) == ROOT_LEVEL || refined(key_ancestor(key, 1)) && (!refined(key) || node.own > 0)
+    fn cut(&self, threshold: u32, draw_threshold: u32, draw_order: u32) -> Vec<u64> {
+        let drawn =
+            |rank: u32, key: u64| rank >= draw_threshold || rank + 1 == draw_threshold && order(key) < draw_order;
+        let refined =
+            |key: u64| self.nodes[&key].refinement.is_some_and(|r| r.rank >= threshold && drawn(r.draw_rank, key));
+        let chosen = |key: u64, node: &Node| match self.roots.get(&key) {
+            Some(&rank) => rank >= threshold && (node.draws() == 0 || drawn(rank, key)),
+            None => refined(key_ancestor(key, 1)) && (!refined(key) || node.own > 0),
         };
         self.nodes.iter().filter(|&(&key, node)| chosen(key, node)).map(|(&key, _)| key).collect()
     }
@@ -252,7 +268,7 @@ impl Allocation {
 /// Chooses pages, within what the page table and the atlas of `config` hold and what may be drawn.
 pub fn allocate(input: &Input, config: &Config) -> Allocation {
     let mut out = tree(input, config);
-    let own: BTreeMap<u32, Refinement> =
+    let own: BTreeMap<u64, Refinement> =
         out.nodes.keys().filter_map(|&key| Some((key, out.refinement(key, config.pressure)?))).collect();
     // the least on the path, so that the refined nodes are connected
     for (&key, &refinement) in &own {
@@ -261,23 +277,32 @@ pub fn allocate(input: &Input, config: &Config) -> Allocation {
         let draw_rank = drawing.map(|r| r.own_rank.min(RANKS - 2)).min().unwrap_or(RANKS - 1);
         out.nodes.entry(key).or_default().refinement = Some(Refinement { rank, draw_rank, ..refinement });
     }
-    let sum = |keys: &[u32], of: fn(&Node) -> i32| keys.iter().map(|key| of(&out.nodes[key])).sum::<i32>();
-    let roots: Vec<u32> = (0..4).map(|root| 1 << 28 | root).collect();
+    for (&key, node) in out.nodes.iter().filter(|(key, _)| key_level(**key) == ROOT_LEVEL) {
+        let directional = input.directional.contains(&(key_face(key) / FACES));
+        out.roots.insert(key, root_rank(key, node, directional));
+    }
+    let sum = |keys: &[u64], of: fn(&Node) -> i32| keys.iter().map(|key| of(&out.nodes[key])).sum::<i32>();
     let inner = || out.nodes.values().filter_map(|node| node.refinement);
+    let roots = || out.roots.iter().map(|(key, &rank)| (*key, rank, &out.nodes[key]));
 
-    let layers: Vec<_> = inner().map(|r| (r.rank, r.layers)).collect();
-    let threshold = least_rank(&layers, config.chosen_layers() as i32 - sum(&roots, Node::layers));
+    let layers: Vec<_> =
+        inner().map(|r| (r.rank, r.layers)).chain(roots().map(|(_, rank, node)| (rank, node.layers()))).collect();
+    let threshold = least_rank(&layers, config.chosen_layers() as i32);
     let mut chosen = out.cut(threshold, 0, 0);
     let draws_asked = sum(&chosen, Node::draws);
     let (mut draw_threshold, mut draw_order, mut deferred) = (0, 0, 0);
     if draws_asked > input.draw_budget as i32 {
-        let draws: Vec<_> = inner().filter(|r| r.rank >= threshold).map(|r| (r.draw_rank, r.draws)).collect();
-        draw_threshold = least_rank(&draws, input.draw_budget as i32 - sum(&roots, Node::draws));
-        let drawn = sum(&out.cut(threshold, draw_threshold, 0), Node::draws);
-        let next = |r: &Refinement| r.rank >= threshold && r.draw_rank + 1 == draw_threshold;
-        let places =
-            out.nodes.iter().filter_map(|(&key, node)| Some((order(key), node.refinement.filter(next)?.draws)));
-        draw_order = last_order(&places.collect::<Vec<_>>(), input.draw_budget as i32 - drawn);
+        // rank, key and draws of what would be drawn
+        let nodes = out.nodes.iter().filter_map(|(&key, node)| Some((key, node.refinement?)));
+        let nodes = nodes.filter(|(_, r)| r.rank >= threshold).map(|(key, r)| (r.draw_rank, key, r.draws));
+        let drawn = roots().filter(|&(_, rank, node)| rank >= threshold && node.draws() > 0);
+        let all: Vec<_> = nodes.chain(drawn.map(|(key, rank, node)| (rank, key, node.draws()))).collect();
+        let ranks: Vec<_> = all.iter().map(|&(rank, _, draws)| (rank, draws)).collect();
+        draw_threshold = least_rank(&ranks, input.draw_budget as i32);
+        let certain = sum(&out.cut(threshold, draw_threshold, 0), Node::draws);
+        let next = all.iter().filter(|(rank, ..)| rank + 1 == draw_threshold);
+        let places: Vec<_> = next.map(|&(_, key, draws)| (order(key), draws)).collect();
+        draw_order = last_order(&places, input.draw_budget as i32 - certain);
         chosen = out.cut(threshold, draw_threshold, draw_order);
         deferred = (draws_asked - sum(&chosen, Node::draws)).max(0);
     }
@@ -306,7 +331,7 @@ pub fn allocate(input: &Input, config: &Config) -> Allocation {
 
 impl Allocation {
     /// Whether the page was chosen.
-    pub fn chose(&self, key: u32) -> bool {
+    pub fn chose(&self, key: u64) -> bool {
         self.pages.binary_search_by_key(&key, |page| page.key).is_ok()
     }
 
@@ -317,10 +342,10 @@ impl Allocation {
 
     /// Page table entries when only the layers of pages that are `ready` can serve: of chosen ones, those drawn; of
     /// others that are held, those that no page took. `tolerance`: levels a request may be served coarser.
-    pub fn serve(&self, ready: impl Fn(u32) -> bool, tolerance: i32) -> Service {
+    pub fn serve(&self, ready: impl Fn(u64) -> bool, tolerance: i32) -> Service {
         let put_off = self.pages.iter().filter(|page| !ready(page.key)).map(|page| page.draws.count_ones());
         let mut out = Service { deferred: self.deferred + put_off.sum::<u32>(), ..Service::default() };
-        let mut layers: BTreeMap<u32, [u32; 2]> =
+        let mut layers: BTreeMap<u64, [u32; 2]> =
             self.pages.iter().map(|page| (page.key, [page.slot, page.dynamic_slot])).collect();
         if self.draw_threshold > 0 || out.deferred > 0 {
             // whatever is still right serves while something is put off
@@ -335,9 +360,10 @@ impl Allocation {
             let level = key_level(key);
             let served = path(key).find_map(|k| Some((key_level(k), layers.get(&k)?)));
             let entry = served.map_or(0, |(level, &[slot, dynamic])| {
-                1 << 31 | (level as u32) << 27 | dynamic.wrapping_add(1) << 13 | slot
+                1 << 31 | (level as u32) << 26 | dynamic.wrapping_add(1) << 12 | slot
             });
             out.entries.insert(key, entry);
+            out.starved += u32::from(level == ROOT_LEVEL && entry == 0);
             if self.leaves.contains(&key) {
                 out.requested[level as usize] += 1;
                 out.refused[level as usize] +=

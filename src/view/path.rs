@@ -126,11 +126,10 @@ impl CameraPath {
     }
 }
 
-/// Median distance of the surfaces that `eye`, relative to the scene's origin, sees; `None` when it sees none.
-pub fn median_distance(gbuffer: &GBuffer, eye: DVec3) -> Option<f64> {
-    let distance = |p: &[f32; 3]| DVec3::from(p.map(f64::from)).distance(eye);
-    let mut distances: Vec<f64> =
-        gbuffer.position.iter().zip(&gbuffer.hit).filter(|(_, hit)| **hit).map(|(p, _)| distance(p)).collect();
+/// Median distance of the surfaces from the eye that sees them; `None` when it sees none.
+pub fn median_distance(gbuffer: &GBuffer) -> Option<f64> {
+    let surfaces = gbuffer.position.iter().zip(&gbuffer.hit).filter(|(_, hit)| **hit);
+    let mut distances: Vec<f64> = surfaces.map(|(p, _)| DVec3::from(p.map(f64::from)).length()).collect();
     distances.sort_by(f64::total_cmp);
     distances.get(distances.len() / 2).copied()
 }
@@ -157,7 +156,7 @@ fn jittered(camera: Camera, height: u32, seed: u64, step: u32) -> Camera {
 }
 
 /// A number from -0.5 to below 0.5 for each seed and index: the finaliser of splitmix64.
-fn random(seed: u64, index: u64) -> f64 {
+pub(super) fn random(seed: u64, index: u64) -> f64 {
     let mut x = seed.wrapping_add(index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -9,8 +9,9 @@ use umbrage::host::CastPolicy;
 use umbrage::lab::stages::{EngineStage, Kept, Table};
 use umbrage::lab::{LabError, View};
 use umbrage::scene::{Changes, Motion, Scene};
-use umbrage::twin::key::{key_ancestor, key_level};
-use umbrage::{Camera, Config, Light, Pressure};
+use umbrage::truth::compare;
+use umbrage::twin::key::{from_words, key_ancestor, key_level, key_page};
+use umbrage::{Camera, Config, Light, LightId, Pressure};
 
 const SIZE: [u32; 2] = [160, 90];
 const STATIC: u32 = 2;
@@ -40,6 +41,10 @@ struct Play {
     base: View,
     lcg: Lcg,
     time_s: f64,
+    /// Lights that the test itself adds, moves and removes; without them both engines have those of the view.
+    lit: Option<Vec<LightId>>,
+    /// Ids that are no more.
+    gone: Vec<LightId>,
 }
 
 /// What a frame of both engines left.
@@ -61,12 +66,103 @@ impl Play {
         lab.set_motion(motion);
         let cached = EngineStage::new(&lab, &config).unwrap();
         let cold = EngineStage::new(&lab, &Config { cache: false, ..config.clone() }).unwrap();
-        Self { lab, config, cached, cold, still, base, lcg: Lcg(seed ^ 0x5eed), time_s: 0.0 }
+        let lcg = Lcg(seed ^ 0x5eed);
+        Self { lab, config, cached, cold, still, base, lcg, time_s: 0.0, lit: None, gone: Vec::new() }
+    }
+
+    /// With lights at random instead of those of the view.
+    pub fn lit(seed: u64, config: Config) -> Self {
+        let mut play = Self::new(seed, config);
+        play.cached = EngineStage::bare(&play.lab, &play.config).unwrap();
+        play.cold = EngineStage::bare(&play.lab, &Config { cache: false, ..play.config.clone() }).unwrap();
+        play.lit = Some(Vec::new());
+        play.add_light();
+        play.add_light();
+        play
+    }
+
+    fn random_light(&mut self) -> Light {
+        let lcg = &mut self.lcg;
+        let position = DVec3::new(lcg.between(-4.0, 4.0), lcg.between(0.3, 4.0), lcg.between(-4.0, 4.0));
+        let direction = DVec3::new(lcg.between(-0.8, 0.8), -1.0, lcg.between(-0.8, 0.8));
+        let range = lcg.between(2.0, 12.0);
+        match lcg.below(4) {
+            0 => Light::directional(direction),
+            1 => Light::Point { position, range },
+            n => {
+                let outer_angle_deg = if n == 2 { lcg.between(10.0, 60.0) } else { lcg.between(61.0, 90.0) };
+                Light::Spot { position, direction, inner_angle_deg: 0.0, outer_angle_deg, range }
+            }
+        }
+    }
+
+    pub fn engines(&mut self) -> [&mut umbrage::Engine; 2] {
+        [self.cached.engine(), self.cold.engine()]
+    }
+
+    fn add_light(&mut self) -> &'static str {
+        let (light, capacity) = (self.random_light(), self.config.lights as usize);
+        let [id, other] = self.engines().map(|engine| engine.add_light(&light));
+        let Some(lit) = &mut self.lit else { return "nothing" };
+        if lit.len() == capacity {
+            assert!(id.is_err() && other.is_err(), "one light too many");
+            return "one light too many";
+        }
+        let id = id.unwrap();
+        assert_eq!(id, other.unwrap());
+        assert!(!self.gone.contains(&id) && !lit.contains(&id), "{id:?} twice");
+        lit.push(id);
+        "add a light"
+    }
+
+    /// Something that happens to a light.
+    fn light_step(&mut self) -> &'static str {
+        let Some(count @ 1..) = self.lit.as_ref().map(Vec::len) else { return self.add_light() };
+        let which = self.lcg.below(count as u32) as usize;
+        let id = self.lit.as_ref().unwrap()[which];
+        for &old in &self.gone.clone() {
+            for engine in self.engines() {
+                assert!(engine.remove_light(old).is_err(), "{old:?} was removed");
+                assert!(engine.set_light(old, &Light::directional(DVec3::NEG_Y)).is_err(), "{old:?} was removed");
+            }
+        }
+        match self.lcg.below(4) {
+            0 => self.add_light(),
+            1 => {
+                self.engines().into_iter().for_each(|engine| engine.remove_light(id).unwrap());
+                self.lit.as_mut().unwrap().remove(which);
+                self.gone.push(id);
+                "remove a light"
+            }
+            2 => {
+                let light = self.random_light();
+                self.engines().into_iter().for_each(|engine| engine.set_light(id, &light).unwrap());
+                "change a light"
+            }
+            _ => {
+                let light = self.random_light();
+                self.engines().into_iter().for_each(|engine| engine.remove_light(id).unwrap());
+                let ids = self.engines().map(|engine| engine.add_light(&light).unwrap());
+                self.gone.push(id);
+                assert!(ids[0] == ids[1] && !self.gone.contains(&ids[0]));
+                self.lit.as_mut().unwrap()[which] = ids[0];
+                "replace a light"
+            }
+        }
     }
 
     fn frame(&mut self) -> Shown {
-        let (cached, table) = self.cached.frame(&self.lab).unwrap();
-        let (cold, cold_table) = self.cold.frame(&self.lab).unwrap();
+        let (cached, table) = self.cached.all(&self.lab).unwrap();
+        let (cold, cold_table) = self.cold.all(&self.lab).unwrap();
+        // a layer without a light means nothing
+        let pixels = (SIZE[0] * SIZE[1]) as usize;
+        let slots: Vec<u32> = self.lit.as_ref().map_or(vec![0], |ids| ids.iter().map(LightId::slot).collect());
+        let layers = |words: Vec<u32>| -> Vec<f32> {
+            let layer =
+                |&slot: &u32| words[slot as usize * pixels..][..pixels].iter().map(|&word| f32::from_bits(word));
+            slots.iter().flat_map(layer).collect()
+        };
+        let (cached, cold) = (layers(cached), layers(cold));
         let kept = self.cached.kept(&self.lab).unwrap();
         let whole = [&table, &cold_table].iter().all(|t| t.counters.deferred == 0 && t.counters.draw_threshold == 0);
         Shown { table, kept, cached, cold, whole }
@@ -137,7 +233,7 @@ impl Play {
         let which = self.lcg.below(casters) as usize;
         let [a, b, c] = std::array::from_fn(|_| self.lcg.between(-1.0, 1.0));
         let base = self.base.camera;
-        match self.lcg.below(14) {
+        match self.lcg.below(if self.lit.is_some() { 20 } else { 14 }) {
             0 => "still",
             1 => {
                 self.camera(|camera| camera.target += 0.005 * DVec3::new(a, b, c));
@@ -185,6 +281,7 @@ impl Play {
                 self.instance(which, false, |i| i.flags = i.flags & !3 | policy as u32);
                 "policy"
             }
+            14.. => self.light_step(),
             _ => {
                 self.deform(self.still.instances[which].mesh as usize, (0.4 * (a + 1.0)) as f32);
                 "deform"
@@ -198,8 +295,8 @@ fn invariants(config: &Config, table: &Table, kept: &Kept) -> Result<(), String>
     let ensure = |ok: bool, what: &dyn Fn() -> String| if ok { Ok(()) } else { Err(what()) };
     let c = &table.counters;
     let capacity = config.page_capacity();
-    let keys: Vec<u32> = kept.slots.iter().map(|s| s.key).filter(|k| *k != 0).collect();
-    let distinct: BTreeSet<u32> = keys.iter().copied().collect();
+    let keys: Vec<u64> = kept.slots.iter().map(|s| from_words(s.key)).filter(|k| *k != 0).collect();
+    let distinct: BTreeSet<u64> = keys.iter().copied().collect();
     ensure(distinct.len() == keys.len(), &|| format!("a page has two layers: {keys:x?}"))?;
     let order: BTreeSet<u32> = kept.order.iter().copied().collect();
     ensure(order.len() as u32 == capacity && order.last() == Some(&(capacity - 1)), &|| {
@@ -212,22 +309,28 @@ fn invariants(config: &Config, table: &Table, kept: &Kept) -> Result<(), String>
         ensure(layers.insert(page.slot), &|| format!("{page:x?} shares its layer"))?;
         if page.dynamic_slot != u32::MAX {
             let slot = kept.slots.get(page.dynamic_slot as usize);
-            ensure(slot.is_some_and(|s| s.key == 0), &|| format!("moving casters of {page:x?} lie in {slot:x?}"))?;
+            ensure(slot.is_some_and(|s| s.key == [0; 2]), &|| format!("moving casters of {page:x?} lie in {slot:x?}"))?;
             ensure(layers.insert(page.dynamic_slot), &|| format!("{page:x?} shares its second layer"))?;
         }
     }
     for (&key, &entry) in table.keys.iter().zip(&table.entries).filter(|(key, _)| **key != 0) {
-        ensure(entry >> 31 == 1, &|| format!("{key:x} has no entry"))?;
-        let serving = key_ancestor(key, ((entry >> 27 & 15) as i32 - key_level(key)) as u32);
-        let slot = kept.slots[(entry & 0x1fff) as usize];
-        ensure(slot.key == serving && slot.valid == 1, &|| format!("{key:x} is served by {slot:x?}, not {serving:x}"))?;
-        let moving = table.pages.iter().find(|p| p.key == serving && p.dynamic_slot != u32::MAX);
+        if entry == 0 {
+            ensure(c.starved > 0, &|| format!("{key:x} has no entry"))?;
+            continue;
+        }
+        ensure(entry >> 31 == 1, &|| format!("{key:x} has the entry {entry:x}"))?;
+        let serving = key_ancestor(key, ((entry >> 26 & 31) as i32 - key_level(key)) as u32);
+        let slot = kept.slots[(entry & 0xfff) as usize];
+        ensure(from_words(slot.key) == serving && slot.valid == 1, &|| {
+            format!("{key:x} is served by {slot:x?}, not {serving:x}")
+        })?;
+        let moving = table.pages.iter().find(|p| from_words(p.key) == serving && p.dynamic_slot != u32::MAX);
         let layer = moving.map_or(0, |p| p.dynamic_slot + 1);
-        ensure(entry >> 13 & 0x1fff == layer, &|| format!("{key:x}: entry {entry:x}, moving casters in {moving:x?}"))?;
+        ensure(entry >> 12 & 0xfff == layer, &|| format!("{key:x}: entry {entry:x}, moving casters in {moving:x?}"))?;
     }
     let budgets = [
         ("layers", c.pages + c.drawn_dynamic, capacity),
-        ("layers drawn", c.drawn + c.drawn_dynamic, config.pages_per_frame.max(8)),
+        ("layers drawn", c.drawn + c.drawn_dynamic, config.pages_per_frame),
         ("pairs", c.pairs_opaque + c.pairs_masked, config.pair_capacity),
         ("nodes", c.leaves + c.nodes, 8 * config.request_capacity()),
         ("requests", c.leaves, config.request_capacity()),
@@ -246,7 +349,10 @@ fn same(shown: &Shown) -> Result<(), String> {
 
 /// Plays `frames` frames; returns how many put something off.
 fn play(seed: u64, config: Config, frames: u32) -> u32 {
-    let mut play = Play::new(seed, config);
+    play_on(Play::new(seed, config), seed, frames)
+}
+
+fn play_on(mut play: Play, seed: u64, frames: u32) -> u32 {
     let (mut put_off, mut hits, mut moving, mut shadows) = (0, 0, 0, 0);
     for number in 0..frames {
         let what = if number == 0 { "the first frame" } else { play.step() };
@@ -272,6 +378,32 @@ fn play(seed: u64, config: Config, frames: u32) -> u32 {
 fn after_any_history_a_frame_is_that_of_a_cold_engine() {
     for seed in [1, 2] {
         assert_eq!(play(seed, small(), 150), 0, "nothing is put off without a limit of pages");
+    }
+}
+
+/// The tree for rays follows what moves, deforms, appears and disappears.
+#[test]
+fn exact_frames_follow_what_moves() {
+    let seed = 21;
+    let mut play = Play::new(seed, Config { exact: true, ..small() });
+    let mut edges = 0;
+    for number in 0..60 {
+        let what = if number == 0 { "the first frame" } else { play.step() };
+        let shown = play.frame();
+        same(&shown).unwrap_or_else(|why| panic!("seed {seed}, frame {number} ({what}): {why}"));
+        let m = compare(&shown.cached, &play.lab.reference(0, &|_| {}).unwrap()).unwrap();
+        assert!(m.mismatch <= 0.1 && m.off_edge <= 0.05, "seed {seed}, frame {number} ({what}): {m:?}");
+        edges += m.edge_pixels;
+    }
+    assert!(edges > 60 * 100, "{edges} edge pixels");
+}
+
+/// Lights come, change and go as well.
+#[test]
+fn after_any_history_of_lights_a_frame_is_that_of_a_cold_engine() {
+    for (seed, lights) in [(31, 3), (32, 6), (33, 1)] {
+        let config = Config { lights, drift_texels: 0.0, atlas_bytes: 128 * 4 * 64 * 64, ..small() };
+        assert_eq!(play_on(Play::lit(seed, config), seed, 120), 0, "nothing is put off without a limit of pages");
     }
 }
 
@@ -354,21 +486,27 @@ fn invalidation_is_exact() {
         instance.flags = instance.flags & !3 | CastPolicy::Static as u32;
     });
     let after = play.frame();
-    let bounds = [&before, &after].map(|shown| shown.kept.tracked[i].bounds);
-    // the grid: level-0 pages from minus 2^13, as src/engine/constants.rs places them
-    let frame = umbrage::lab::stages::frame_constants(&play.lab, &play.config).unwrap();
-    let page = f64::from(frame.page[0]);
+    let (_, lights) = umbrage::lab::stages::frame_constants(&play.lab, &play.config).unwrap();
+    let bounds = [&before, &after].map(|shown| {
+        let t = &shown.kept.tracked[i];
+        let across = [lights[0].axis_x, lights[0].axis_y].map(|axis| {
+            let [middle, reach] = [t.center, t.reach].map(|v| [0, 1, 2].map(|i| f64::from(v[i])));
+            let along = |v: [f64; 3]| (0..3).map(|i| f64::from(axis[i]) * v[i]).sum::<f64>();
+            let reach = (0..3).map(|i| f64::from(axis[i]).abs() * reach[i]).sum::<f64>();
+            [along(middle) - reach, along(middle) + reach]
+        });
+        [across[0][0], across[1][0], across[0][1], across[1][1]]
+    });
+    // the grid: level-0 pages from minus 2^22, as src/engine/constants.rs places them
+    let page = f64::from(lights[0].scale[1]);
     let (mut touched, mut others) = (0, 0);
-    for slot in before.kept.slots.iter().filter(|s| s.key != 0) {
-        let (level, at) = (key_level(slot.key), umbrage::twin::key::key_page(slot.key));
-        let side = page * f64::from(1 << level);
+    for slot in before.kept.slots.iter().filter(|s| s.key != [0; 2]) {
+        let (level, at) = (key_level(from_words(slot.key)), key_page(from_words(slot.key)));
+        let side = page * f64::from(level).exp2();
         let border = side / f64::from(64 - 2);
-        let low = at.map(|c| f64::from(c) * side - 8192.0 * page);
-        let overlap = |grow: f64| {
-            bounds
-                .iter()
-                .any(|b| (0..2).all(|a| f64::from(b[a]) < low[a] + side + grow && f64::from(b[a + 2]) > low[a] - grow))
-        };
+        let low = at.map(|c| f64::from(c) * side - f64::from(1 << 22) * page);
+        let overlap =
+            |grow: f64| bounds.iter().any(|b| (0..2).all(|a| b[a] < low[a] + side + grow && b[a + 2] > low[a] - grow));
         let redrawn = after.table.pages.iter().find(|p| p.key == slot.key).map(|p| p.draws & 1 == 1);
         match (overlap(-border), overlap(3.0 * border), redrawn) {
             (true, _, Some(redrawn)) => {
@@ -420,7 +558,7 @@ fn a_stale_page_is_noticed() {
     // every page under its neighbour's content: all is consistent but the picture
     let pages = &shown.table.pages;
     let mut slots = shown.kept.slots.clone();
-    slots[4..pages.len()].rotate_left(1);
+    slots[1..pages.len()].rotate_left(1);
     play.cached.plant(&play.lab, &slots).unwrap();
     let exchanged = play.frame();
     invariants(&play.config, &exchanged.table, &exchanged.kept).unwrap();
@@ -456,17 +594,17 @@ fn coarse_pages_outlive_a_turning_light() {
         let newest = shown.kept.slots.iter().max_by_key(|s| s.used).unwrap().axis_z;
         shown.table.pages.iter().filter(|p| p.turned == 1 || axes(p) != newest).count()
     };
-    let (mut kept, mut drawn) = ([0u32; 14], [0u32; 14]);
+    let (mut kept, mut drawn) = ([0u32; 24], [0u32; 24]);
     for _ in 0..60 {
         turn(&mut play, 0.004);
         let shown = play.frame();
         for page in &shown.table.pages {
             let list = if page.draws & 1 == 1 { &mut drawn } else { &mut kept };
-            list[key_level(page.key) as usize] += 1;
+            list[key_level(from_words(page.key)) as usize] += 1;
         }
     }
     let share = |level: usize| f64::from(drawn[level]) / f64::from((drawn[level] + kept[level]).max(1));
-    let used: Vec<usize> = (0..14).filter(|&l| drawn[l] + kept[l] > 60).collect();
+    let used: Vec<usize> = (0..24).filter(|&l| drawn[l] + kept[l] > 60).collect();
     assert!(used.len() >= 2, "{drawn:?} {kept:?}");
     assert!(used.is_sorted_by(|a, b| share(*a) >= share(*b)), "{drawn:?} {kept:?}");
     assert!(share(used[0]) > 2.0 * share(*used.last().unwrap()), "{drawn:?} {kept:?}");

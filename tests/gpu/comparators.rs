@@ -3,15 +3,17 @@
 use std::collections::{BTreeMap, BTreeSet};
 use umbrage::gpu::structs::Node;
 use umbrage::lab::stages::Table;
+use umbrage::twin::ROOT_LEVEL;
 use umbrage::twin::allocate::{Allocation, Page, Service};
 use umbrage::twin::gradient::{Plane, unpack};
+use umbrage::twin::key::{from_words, key_ancestor, key_level};
 use umbrage::twin::request::Requests;
 
 /// What differs, in one line.
 pub type Verdict = Result<(), String>;
 
 /// The same entries in the same order.
-pub fn same_entries(want: &[(u32, u32)], got: &[(u32, u32)]) -> Verdict {
+pub fn same_entries(want: &[(u64, u32)], got: &[(u64, u32)]) -> Verdict {
     if want.iter().all(|e| *e == (0, 0)) {
         return Err("nothing to compare: no entry, or zeros only".into());
     }
@@ -45,7 +47,7 @@ pub fn same_planes(want: &[Plane], got: &[[u32; 4]]) -> Verdict {
 const NEAR_SHARE: f64 = 0.02;
 
 /// Every pixel's page exactly, but pixels near a border may ask for any page their twin lists.
-pub fn same_requests(want: &Requests, got: &BTreeMap<u32, u32>) -> Verdict {
+pub fn same_requests(want: &Requests, got: &BTreeMap<u64, u32>) -> Verdict {
     let total: u32 = want.pixels.values().sum();
     if total == 0 {
         return Err("nothing to compare: no pixel asks for a page".into());
@@ -54,7 +56,7 @@ pub fn same_requests(want: &Requests, got: &BTreeMap<u32, u32>) -> Verdict {
         return Err(format!("{} of {total} pixels are near a border", want.near.len()));
     }
     let mut sure = want.pixels.clone();
-    let mut room = BTreeMap::<u32, u32>::new();
+    let mut room = BTreeMap::<u64, u32>::new();
     let mut undecided = 0;
     for (key, others) in &want.near {
         if *key != 0 {
@@ -89,7 +91,7 @@ pub fn same_table(want: &Allocation, served: &Service, got: &Table, frame: u32) 
     let c = &got.counters;
     same("leaves", c.leaves.into(), want.leaves.len() as u64)?;
     same("nodes", u64::from(c.leaves) + u64::from(c.nodes), want.nodes.len() as u64)?;
-    let slots: BTreeMap<u32, &Node> = got.keys.iter().copied().zip(&got.nodes).filter(|(key, _)| *key != 0).collect();
+    let slots: BTreeMap<u64, &Node> = got.keys.iter().copied().zip(&got.nodes).filter(|(key, _)| *key != 0).collect();
     same("filled slots", slots.len() as u64, want.nodes.len() as u64)?;
     let key_at = |link: u32| {
         if link == 0 { Ok(0) } else { got.keys.get(link as usize - 1).copied().ok_or("a link out of range") }
@@ -99,12 +101,12 @@ pub fn same_table(want: &Allocation, served: &Service, got: &Table, frame: u32) 
         let [a, b, c, d] = gpu.child.map(key_at);
         let child = [a?, b?, c?, d?];
         let parent = key_at(gpu.parent)?;
-        let want_parent = if key >> 28 == 1 { 0 } else { umbrage::twin::key::key_ancestor(key, 1) };
+        let want_parent = if key_level(key) == ROOT_LEVEL { 0 } else { key_ancestor(key, 1) };
         let words = [gpu.cost, gpu.ranks, gpu.slot, gpu.marks];
-        let read = (gpu.key, u64::from(gpu.own), u64::from(gpu.below), words, child, parent);
-        let expected = (key, node.own, node.below, node.words(), node.child, want_parent);
+        let read = (u64::from(gpu.own), u64::from(gpu.below), words, child, parent);
+        let expected = (node.own, node.below, node.words(), node.child, want_parent);
         if read != expected {
-            let what = "(key, own, below, [cost, ranks, slot, marks], child, parent)";
+            let what = "(own, below, [cost, ranks, slot, marks], child, parent)";
             return Err(format!("node {key:x}: {what} {read:x?}, the twin's {expected:x?}"));
         }
     }
@@ -116,6 +118,7 @@ pub fn same_table(want: &Allocation, served: &Service, got: &Table, frame: u32) 
         ("draw threshold", c.draw_threshold, want.draw_threshold),
         ("draw order", c.draw_order, want.draw_order),
         ("deferred", c.deferred, served.deferred),
+        ("starved", c.starved, served.starved),
         ("pages", c.pages, want.pages.len() as u32),
         ("hits", c.hits, want.hits),
         ("stale", c.stale, want.stale),
@@ -124,7 +127,7 @@ pub fn same_table(want: &Allocation, served: &Service, got: &Table, frame: u32) 
         same(what, got.into(), want.into())?;
     }
     let read = |p: &umbrage::gpu::structs::Page| Page {
-        key: p.key,
+        key: from_words(p.key),
         slot: p.slot,
         dynamic_slot: p.dynamic_slot,
         draws: p.draws,
@@ -134,8 +137,9 @@ pub fn same_table(want: &Allocation, served: &Service, got: &Table, frame: u32) 
         return Err(format!("pages {pages:x?}, the twin has {:x?}", want.pages));
     }
     for (i, page) in got.pages.iter().enumerate() {
-        let index = slots[&page.key].page as usize;
-        if got.keys.get(page.node as usize) != Some(&page.key) || index != i + 1 {
+        let key = from_words(page.key);
+        let index = slots[&key].page as usize;
+        if got.keys.get(page.node as usize) != Some(&key) || index != i + 1 {
             return Err(format!("page {i} and its node do not name each other: {page:x?}, node.page {index}"));
         }
     }
@@ -188,7 +192,7 @@ mod fail {
     use umbrage::Config;
     use umbrage::gpu::structs::{Counters, Page, Slot};
     use umbrage::twin::allocate::{Input, allocate};
-    use umbrage::twin::key::key_of;
+    use umbrage::twin::key::{key_of, words};
 
     #[test]
     fn same_entries_can_fail() {
@@ -217,12 +221,12 @@ mod fail {
 
     #[test]
     fn same_requests_can_fail() {
-        let map = |e: &[(u32, u32)]| e.iter().copied().collect::<BTreeMap<_, _>>();
+        let map = |e: &[(u64, u32)]| e.iter().copied().collect::<BTreeMap<_, _>>();
         let want = Requests { pixels: map(&[(1, 50), (2, 50)]), entries: 2, near: vec![(1, [1, 3].into())] };
         for got in [map(&[(1, 50), (2, 50)]), map(&[(1, 49), (2, 50), (3, 1)])] {
             assert!(same_requests(&want, &got).is_ok(), "{got:?}");
         }
-        let wrong: [&[(u32, u32)]; 6] = [
+        let wrong: [&[(u64, u32)]; 6] = [
             &[],
             &[(1, 50)],
             &[(1, 49), (2, 51)],
@@ -240,17 +244,16 @@ mod fail {
 
     /// A table as the GPU would leave it.
     fn table(a: &Allocation, s: &Service) -> Table {
-        let keys: Vec<u32> = a.nodes.keys().copied().collect();
-        let link = |key: u32| keys.iter().position(|&k| k == key).map_or(0, |i| i as u32 + 1);
-        let node = |(&key, n): (&u32, &umbrage::twin::allocate::Node)| {
+        let keys: Vec<u64> = a.nodes.keys().copied().collect();
+        let link = |key: u64| keys.iter().position(|&k| k == key).map_or(0, |i| i as u32 + 1);
+        let node = |(&key, n): (&u64, &umbrage::twin::allocate::Node)| {
             let [cost, ranks, slot, marks] = n.words();
             Node {
-                key,
                 own: n.own as u32,
                 below: n.below as u32,
                 cost,
                 ranks,
-                parent: if key >> 28 == 1 { 0 } else { link(umbrage::twin::key::key_ancestor(key, 1)) },
+                parent: if key_level(key) == ROOT_LEVEL { 0 } else { link(key_ancestor(key, 1)) },
                 page: a.pages.iter().position(|p| p.key == key).map_or(0, |i| i as u32 + 1),
                 slot,
                 marks,
@@ -258,7 +261,7 @@ mod fail {
             }
         };
         let page = |p: &umbrage::twin::allocate::Page| Page {
-            key: p.key,
+            key: words(p.key),
             node: link(p.key) - 1,
             slot: p.slot,
             dynamic_slot: p.dynamic_slot,
@@ -277,6 +280,7 @@ mod fail {
                 draw_order: a.draw_order,
                 draws_asked: a.draws_asked,
                 deferred: s.deferred,
+                starved: s.starved,
                 pages: a.pages.len() as u32,
                 hits: a.hits,
                 stale: a.stale,
@@ -295,32 +299,34 @@ mod fail {
     #[test]
     fn same_table_can_fail() {
         let input = Input {
-            requests: [(key_of(11, [2, 3]), 9), (key_of(12, [1, 1]), 4)].into(),
-            held: vec![(key_of(13, [0, 0]), true), (key_of(13, [0, 1]), false)],
-            moving: [key_of(13, [0, 0])].into(),
+            requests: [(key_of(21, 0, [2, 3]), 9), (key_of(22, 6, [1, 1]), 4)].into(),
+            directional: vec![0, 1],
+            held: vec![(key_of(23, 0, [0, 0]), true), (key_of(23, 6, [0, 0]), false)],
+            moving: [key_of(23, 0, [0, 0])].into(),
             draw_budget: 16,
         };
         let a = allocate(&input, &Config { atlas_bytes: 16 << 16, ..Config::new([64, 48]) });
         let s = a.serve(|_| true, 0);
         let right = table(&a, &s);
         assert_eq!(same_table(&a, &s, &right, 9), Ok(()));
-        let changes: [fn(&mut Table); 25] = [
+        let changes: [fn(&mut Table); 26] = [
             |t| t.counters.failed = 1,
             |t| t.counters.threshold += 1,
             |t| t.counters.draw_threshold += 1,
             |t| t.counters.draw_order += 1,
             |t| t.counters.draws_asked += 1,
             |t| t.counters.deferred += 1,
+            |t| t.counters.starved += 1,
             |t| t.counters.hits += 1,
             |t| t.counters.stale += 1,
-            |t| t.counters.refused[11] += 1,
-            |t| t.nodes[5].own += 1,
+            |t| t.counters.refused[21] += 1,
+            |t| t.nodes[4].own += 1,
             |t| t.nodes[0].below += 1,
             |t| t.nodes[0].cost += 1 << 24,
             |t| t.nodes[0].ranks += 1 << 16,
             |t| t.nodes[0].slot ^= 1 << 31,
             |t| t.nodes[0].marks ^= 4,
-            |t| t.nodes[5].parent = 1,
+            |t| t.nodes[4].parent = 1,
             |t| t.nodes.iter_mut().for_each(|n| n.child.swap(0, 3)),
             |t| t.pages.swap(0, 1),
             |t| t.pages[1].node = 0,
@@ -328,8 +334,8 @@ mod fail {
             |t| t.pages[1].dynamic_slot = 5,
             |t| t.pages[1].draws ^= 1,
             |t| t.slots[0].used = 0,
-            |t| t.entries[5] ^= 1,
-            |t| t.keys[5] = 0,
+            |t| t.entries[4] ^= 1,
+            |t| t.keys[4] = 0,
         ];
         for (i, change) in changes.into_iter().enumerate() {
             let mut wrong = right.clone();

@@ -40,9 +40,9 @@ fn planes_of_scenes_are_the_twins() {
     {
         let size = view.size;
         let lab = Bench::new(scene, view);
-        let stage = ScreenStage::new(&lab, size, RequestRoute::Flags, 1024).unwrap();
+        let stage = ScreenStage::new(&lab, size, RequestRoute::Flags, 1024, 1).unwrap();
         let (depth, normal) = prepass(&lab).unwrap();
-        check(&lab, &stage, name, &frame_constants(&lab, &Config::new(size)).unwrap(), &depth, &normal);
+        check(&lab, &stage, name, &frame_constants(&lab, &Config::new(size)).unwrap().0, &depth, &normal);
     }
 }
 
@@ -52,8 +52,8 @@ fn planes_of_noise_are_the_twins() {
         let (scene, mut view) = scenes::sphere_on_plane(size);
         view.size = size;
         let lab = Bench::new(scene, view);
-        let frame = frame_constants(&lab, &Config::new(size)).unwrap();
-        let stage = ScreenStage::new(&lab, size, RequestRoute::Flags, 1024).unwrap();
+        let frame = frame_constants(&lab, &Config::new(size)).unwrap().0;
+        let stage = ScreenStage::new(&lab, size, RequestRoute::Flags, 1024, 1).unwrap();
         let mut normal = Vec::new();
         for towards_eye in [false, true] {
             let (mut depth, made) = noise(&frame, seed, towards_eye);

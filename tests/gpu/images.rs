@@ -16,7 +16,7 @@ fn matches_the_reference((scene, view): (Scene, View)) {
     let lab = Bench::new(scene, view);
     let (visibility, _) =
         EngineStage::new(&lab, &Config { pages_per_frame: 4096, ..Config::new(SIZE) }).unwrap().frame(&lab).unwrap();
-    let reference = lab.reference(&|_| {}).unwrap();
+    let reference = lab.reference(0, &|_| {}).unwrap();
     mixed(&visibility).unwrap_or_else(|why| panic!("{name}: {why}"));
     mixed(&reference.visibility_image()).unwrap_or_else(|why| panic!("{name}, reference: {why}"));
     let m = compare(&visibility, &reference).unwrap();
@@ -24,6 +24,14 @@ fn matches_the_reference((scene, view): (Scene, View)) {
     let pixels = u64::from(SIZE[0] * SIZE[1]);
     assert!(m.decided_pixels * 4 > pixels && m.edge_pixels > 200, "{name}: {m:?}");
     assert!(m.off_edge <= 0.25 && m.lost <= 0.05 && m.edge_error <= 8.0, "{name}: {m:?}");
+    let config = Config { pages_per_frame: 4096, exact: true, ..Config::new(SIZE) };
+    let (exact, _) = EngineStage::new(&lab, &config).unwrap().frame(&lab).unwrap();
+    let m = compare(&exact, &reference).unwrap();
+    println!(
+        "{name}, exact: mismatch {:.4} %, edge_error {:.3} %, off_edge {:.4} %",
+        m.mismatch, m.edge_error, m.off_edge
+    );
+    assert!(m.mismatch <= 0.03 && m.edge_error <= 0.5 && m.off_edge <= 0.002, "{name}, exact: {m:?}");
     // the same comparison must fail for images that are wrong
     let inverted: Vec<f32> = visibility.iter().map(|v| 1.0 - v).collect();
     for wrong in [inverted, vec![1.0; visibility.len()], vec![0.0; visibility.len()]] {

@@ -6,14 +6,14 @@ use crate::gradient::noise;
 use crate::scenes;
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
-use umbrage::gpu::structs::Frame;
+use umbrage::gpu::structs::{Frame, LightRecord};
 use umbrage::lab::stages::{ScreenStage, frame_constants, prepass};
-use umbrage::twin::key::{key_level, key_page};
+use umbrage::twin::key::{from_morton, key_level, key_page};
 use umbrage::twin::request::{Requests, attempts};
 use umbrage::{Config, LevelRule, RequestRoute, twin};
 
 /// Name, depth and receivers of one frame.
-type Input = (String, Vec<f32>, Vec<[u32; 4]>);
+pub type Input = (String, Vec<f32>, Vec<[u32; 4]>);
 
 /// What the capacity of each route counts.
 fn asked(route: RequestRoute) -> fn(&Requests) -> u32 {
@@ -23,13 +23,18 @@ fn asked(route: RequestRoute) -> fn(&Requests) -> u32 {
     }
 }
 
-fn check(lab: &Bench, route: RequestRoute, capacity: u32, frame: &Frame, inputs: &[Input]) -> usize {
-    let stage = ScreenStage::new(lab, [frame.size[0], frame.size[1]], route, capacity).unwrap();
+/// A frame and its lights.
+pub type Shot = (Frame, Vec<LightRecord>);
+
+/// The greatest number of attempts after the first.
+pub fn check(lab: &Bench, route: RequestRoute, capacity: u32, (frame, lights): &Shot, inputs: &[Input]) -> usize {
+    let size = [frame.size[0], frame.size[1]];
+    let stage = ScreenStage::new(lab, size, route, capacity, lights.len() as u32).unwrap();
     let mut deepest = 0;
     for (name, depth, receiver) in inputs {
         let case = format!("{name}, {route:?}, capacity {capacity}");
-        let made = attempts(frame, depth, receiver, capacity, asked(route));
-        let got = stage.request(lab, frame, depth, receiver).unwrap();
+        let made = attempts(frame, lights, depth, receiver, capacity, asked(route));
+        let got = stage.request(lab, frame, lights, depth, receiver).unwrap();
         let c = got.counters;
         for (i, want) in made.iter().enumerate() {
             // an attempt that overflows counts on, until the page table is full
@@ -54,6 +59,7 @@ fn check(lab: &Bench, route: RequestRoute, capacity: u32, frame: &Frame, inputs:
         }
         let mut sums = BTreeMap::new();
         for (key, count) in got.entries {
+            let key = if route == RequestRoute::Sort { from_morton(key) } else { key };
             *sums.entry(key).or_default() += count;
         }
         let want = made.last().unwrap();
@@ -67,9 +73,9 @@ fn check(lab: &Bench, route: RequestRoute, capacity: u32, frame: &Frame, inputs:
     deepest
 }
 
-fn inputs(lab: &Bench, frame: &Frame, with_scene: bool) -> Vec<Input> {
+pub fn inputs(lab: &Bench, (frame, _): &Shot, with_scene: bool) -> Vec<Input> {
     let size = [frame.size[0], frame.size[1]];
-    let stage = ScreenStage::new(lab, size, RequestRoute::Flags, 1024).unwrap();
+    let stage = ScreenStage::new(lab, size, RequestRoute::Flags, 1024, 1).unwrap();
     let mut images: Vec<_> = (1..=2).map(|seed| (format!("noise, seed {seed}"), noise(frame, seed, true))).collect();
     images.push(("nothing".into(), (vec![0.0; images[0].1.0.len()], vec![0; images[0].1.0.len()])));
     if with_scene {
@@ -122,7 +128,7 @@ fn too_many_requests_are_coarsened_as_by_their_twins() {
     let all = inputs(&lab, &frame, true);
     for route in [RequestRoute::Flags, RequestRoute::Sort] {
         let mut seen = [false; 4];
-        // the list has room for four roots from each group, as the engine's always has
+        // the list has room for the root from each group, as the engine's always has
         let least = if route == RequestRoute::Flags { 64 } else { 512 };
         for capacity in [64, 128, 256, 512, 1024, 2048, 4096, 8192].into_iter().filter(|&c| c >= least) {
             for input in &all {
@@ -141,7 +147,7 @@ fn capacity_is_what_fits() {
     let lab = Bench::new(scene, view);
     let frame = frame_constants(&lab, &Config::new(size)).unwrap();
     let (name, depth, receiver) = inputs(&lab, &frame, true).pop().unwrap();
-    let entries = twin::request::request(&frame, &depth, &receiver, 0);
+    let entries = twin::request::request(&frame.0, &frame.1, &depth, &receiver, 0);
     assert!(entries.near.is_empty() && entries.entries > 64, "{entries:?}");
     let all = [(name, depth, receiver)];
     for (capacity, attempts) in [(entries.entries + 1, 0), (entries.entries, 0), (entries.entries - 1, 1)] {
@@ -160,14 +166,16 @@ fn pages_hold_the_pixels_at_the_resolution_asked_for() {
     let (depth, normal) = prepass(&lab).unwrap();
     for (level_rule, level_bias) in [(LevelRule::MinLength, -2.0), (LevelRule::MinLength, 1.0), (LevelRule::Area, 0.0)]
     {
-        let frame = frame_constants(&lab, &Config { level_rule, level_bias, ..Config::new(size) }).unwrap();
-        let stage = ScreenStage::new(&lab, size, RequestRoute::Flags, 1024).unwrap();
+        let config = Config { level_rule, level_bias, ..Config::new(size) };
+        let (frame, lights) = frame_constants(&lab, &config).unwrap();
+        let light = &lights[0];
+        let stage = ScreenStage::new(&lab, size, RequestRoute::Flags, 1024, 1).unwrap();
         let receiver = stage.gradient(&lab, &frame, &depth, &normal).unwrap();
-        let (page_side, texels) = (f64::from(frame.page[0]), f64::from(frame.rule[3]));
+        let (page_side, texels) = (f64::from(light.scale[1]), f64::from(frame.rule[0]));
         let across = |i: usize| {
-            let p = DVec3::from(g.position[i].map(f64::from));
+            let p = g.point(i);
             let axis = |[x, y, z, _]: [f32; 4]| DVec3::from([x, y, z].map(f64::from)).dot(p);
-            DVec2::new(axis(frame.light_x), axis(frame.light_y))
+            DVec2::new(axis(light.axis_x), axis(light.axis_y))
         };
         let (mut checked, mut wrong) = (0, 0);
         for i in (0..g.hit.len() - size[0] as usize).filter(|i| i % size[0] as usize + 1 < size[0] as usize) {
@@ -176,15 +184,16 @@ fn pages_hold_the_pixels_at_the_resolution_asked_for() {
                 continue;
             }
             let pixel = [i as u32 % size[0], i as u32 / size[0]];
-            let (key, _) = twin::request::pixel_keys(&frame, pixel, depth[i], receiver[i], 0);
+            let (key, _) = twin::request::pixel_keys(&frame, 0, light, pixel, depth[i], receiver[i], 0);
             if key == 0 {
                 continue;
             }
             let (level, page) = (key_level(key), key_page(key));
             let (at, dx, dy) = (across(i), across(right) - across(i), across(below) - across(i));
-            let side = page_side * f64::from(1 << level);
-            let inside =
-                [0, 1].map(|axis| at[axis] / side - f64::from((frame.anchor_page[axis] >> level) + page[axis] as i32));
+            let side = page_side * f64::from(level).exp2();
+            // pages count from the corner of a face of 2^23 level-0 pages a side, the origin in its middle
+            let middle = f64::from(22 - level).exp2();
+            let inside = [0, 1].map(|axis| at[axis] / side + middle - f64::from(page[axis]));
             assert!(inside.iter().all(|v| (-1e-2..1.01).contains(v)), "pixel {pixel:?}: {inside:?} in page {key:x}");
             let footprint = match level_rule {
                 LevelRule::Area => dx.perp_dot(dy).abs().sqrt(),

@@ -135,6 +135,45 @@ pub fn sphere_on_plane(size: [u32; 2]) -> (Scene, View) {
     (b.finish(), view([3.0, 4.0, 6.0], [0.5, 0.4, 0.0], [0.6, -1.0, -0.3], size))
 }
 
+/// A plane and a horizontal sheet over it that faces up.
+pub fn awning(size: [u32; 2]) -> (Scene, View) {
+    let mut b = Builder::new("awning");
+    b.add(OPAQUE, &plane(6.0));
+    b.add(OPAQUE, &sheet(3, |u, v| DVec3::new(3.0 * v - 1.5, 1.5, 3.0 * u - 1.5)));
+    (b.finish(), view([3.0, 5.0, 7.0], [0.0, 0.3, 0.0], [0.3, -1.0, -0.4], size))
+}
+
+/// A closed room with small blocks around its middle (0, 1.5, 0), close to where the faces of a light there meet.
+pub fn swarm(size: [u32; 2]) -> (Scene, View) {
+    let mut b = Builder::new("swarm");
+    b.add(OPAQUE, &block(DVec3::new(-4.0, 0.0, -4.0), DVec3::new(4.0, 3.0, 4.0)));
+    let mut lcg = Lcg(77);
+    for i in 0..240 {
+        let sign = |lcg: &mut Lcg| if lcg.below(2) == 0 { 1.0 } else { -1.0 };
+        let (along, off) = (lcg.between(-1.0, 1.0), 1.0 + lcg.between(-0.06, 0.06));
+        let mut v = DVec3::splat(along);
+        (v[i % 3], v[(i + 1) % 3]) = (sign(&mut lcg), sign(&mut lcg) * off);
+        let low = DVec3::new(0.0, 1.5, 0.0) + v * lcg.between(0.8, 1.3);
+        b.add(OPAQUE, &block(low, low + DVec3::splat(lcg.between(0.02, 0.05))));
+    }
+    (b.finish(), view([3.6, 2.6, 3.5], [-1.0, 0.8, -1.2], [0.3, -1.0, -0.4], size))
+}
+
+/// A closed room of few large triangles, seen from inside, with posts and a slab around its middle (0, 1.5, 0).
+pub fn room(size: [u32; 2]) -> (Scene, View) {
+    let mut b = Builder::new("room");
+    b.add(OPAQUE, &block(DVec3::new(-4.0, 0.0, -4.0), DVec3::new(4.0, 3.0, 4.0)));
+    for i in 0..10 {
+        let angle = f64::from(i) * std::f64::consts::TAU / 10.0 + 0.1;
+        let foot = DVec3::new(1.6 * angle.cos(), if i % 2 == 0 { 0.0 } else { 1.8 }, 1.6 * angle.sin());
+        b.add(OPAQUE, &block(foot, foot + DVec3::new(0.15, 1.2, 0.15)));
+    }
+    // long bars beside and below the middle: they pass through the planes of several faces
+    b.add(OPAQUE, &block(DVec3::new(-3.0, 1.0, -0.3), DVec3::new(3.0, 1.1, -0.1)));
+    b.add(OPAQUE, &block(DVec3::new(-0.4, 1.7, -3.0), DVec3::new(-0.3, 1.8, 3.0)));
+    (b.finish(), view([3.6, 2.6, 3.5], [-1.0, 0.8, -1.2], [0.3, -1.0, -0.4], size))
+}
+
 pub fn thin_poles(size: [u32; 2]) -> (Scene, View) {
     let mut b = Builder::new("poles");
     b.add(OPAQUE, &plane(6.0));
@@ -143,6 +182,25 @@ pub fn thin_poles(size: [u32; 2]) -> (Scene, View) {
         b.add(OPAQUE, &block(foot, foot + DVec3::new(0.03, 1.8, 0.03)));
     }
     (b.finish(), view([1.0, 3.0, 5.0], [0.5, 0.3, 0.0], [0.5, -1.0, -0.8], size))
+}
+
+/// Posts over 90 m, seen along their row from eye height.
+pub fn long_row(size: [u32; 2]) -> (Scene, View) {
+    let mut b = Builder::new("row");
+    b.add(OPAQUE, &plane(50.0));
+    for i in 0..60 {
+        let foot = DVec3::new(f64::from(i % 4) * 1.5 - 2.2, -0.05, 40.0 - 1.5 * f64::from(i));
+        b.add(OPAQUE, &block(foot, foot + DVec3::new(0.2, 1.2 + 0.3 * f64::from(i % 3), 0.2)));
+    }
+    (b.finish(), view([0.3, 1.7, 44.0], [0.0, 1.0, 30.0], [0.7, -1.0, -0.2], size))
+}
+
+/// A floor under a larger roof, seen from between them: every sample that faces the light is in shadow.
+pub fn under_a_roof(size: [u32; 2]) -> (Scene, View) {
+    let mut b = Builder::new("roof");
+    b.add(OPAQUE, &plane(20.0));
+    b.add(OPAQUE, &block(DVec3::new(-60.0, 3.0, -60.0), DVec3::new(60.0, 3.2, 60.0)));
+    (b.finish(), view([0.3, 1.7, 15.0], [0.0, 0.5, 0.0], [0.4, -1.0, -0.2], size))
 }
 
 /// Leaves whose outline is a disc in an 8x8 alpha texture.

@@ -34,7 +34,7 @@ fn visibility(lab: &Lab) -> Vec<f32> {
     let spec = MethodSpec::parse("rmsm:atlas_mib=16").unwrap();
     let mut method = methods::create(&spec, lab).unwrap();
     method.frame(lab).unwrap();
-    method.visibility(lab).unwrap()
+    method.visibility(lab, 0).unwrap()
 }
 
 /// Bit for bit, and neither empty nor full.
@@ -53,16 +53,16 @@ fn an_animated_lab_shows_what_a_fresh_one_does() {
     let mut lab = open(scene, view());
     lab.set_motion(motion);
     let start = lab.gbuffer().unwrap();
-    let dark = lab.reference(&|_| {}).unwrap();
+    let dark = lab.reference(0, &|_| {}).unwrap();
     for time in [0.7, 1.6] {
         lab.animate(time).unwrap();
         assert_eq!(lab.view().time_s, time);
         let now = lab.gbuffer().unwrap();
         assert!(now.position != start.position && !Rc::ptr_eq(&now, &start));
-        assert!(!Rc::ptr_eq(&lab.reference(&|_| {}).unwrap(), &dark));
+        assert!(!Rc::ptr_eq(&lab.reference(0, &|_| {}).unwrap(), &dark));
         let fresh = open(lab.scene().clone(), view());
         equal(&now, &fresh.gbuffer().unwrap());
-        assert_eq!(lab.reference(&|_| {}).unwrap().visibility, fresh.reference(&|_| {}).unwrap().visibility);
+        assert_eq!(lab.reference(0, &|_| {}).unwrap().visibility, fresh.reference(0, &|_| {}).unwrap().visibility);
         // needs bounds of clusters, too
         assert_eq!(visibility(&lab), visibility(&fresh));
         silent(&fresh);
@@ -71,7 +71,7 @@ fn an_animated_lab_shows_what_a_fresh_one_does() {
         let other = loaded.gbuffer().unwrap();
         let mut differing = 0;
         for i in 0..now.hit.len() {
-            let place = |g: &GBuffer, lab: &Lab| lab.scene().origin + DVec3::from(g.position[i].map(f64::from));
+            let place = |g: &GBuffer, lab: &Lab| lab.scene().origin + g.point(i);
             let (p, q) = (place(&now, &lab), place(&other, &loaded));
             let (m, n) = (DVec3::from(now.normal[i].map(f64::from)), DVec3::from(other.normal[i].map(f64::from)));
             let apart =

@@ -19,7 +19,8 @@ pub fn write(at: &Path, caption: &str, specs: &[MethodSpec], records: &[Vec<Reco
             line(format!("{}: {label}", spec.text), run, |record| record.counter(counter).map(|n| n as f64))
         })
     });
-    let errors = runs().map(|(spec, run)| line(spec.text.clone(), run, |record| record.errors.map(|e| e.mismatch)));
+    let errors =
+        runs().map(|(spec, run)| line(spec.text.clone(), run, |record| record.errors.as_ref().map(|e| e.all.mismatch)));
     let charts = [
         ("time.svg", "Time per frame", "ms after the depth prepass", times.collect::<Vec<_>>()),
         ("pages.svg", "Pages per frame", "pages", pages.collect()),

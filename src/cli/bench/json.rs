@@ -3,7 +3,7 @@
 use super::record::{PAGES, Record, cold, is_cold};
 use crate::cli::failure::Failure;
 use crate::cli::measure::{Spread, Tail};
-use crate::cli::report::{Errors, Named};
+use crate::cli::report::{LightErrors, Named};
 use serde::Serialize;
 use serde_json::ser::Formatter;
 use std::io::{self, Write};
@@ -90,7 +90,7 @@ struct Frame<'a> {
     stages: Pairs<'a, f64>,
     counters: Pairs<'a, u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    errors: Option<Errors>,
+    errors: Option<&'a LightErrors>,
     #[serde(skip_serializing_if = "Option::is_none")]
     crawl: Option<Flips>,
     /// From the same method without its cache.
@@ -129,7 +129,7 @@ impl<'a> Run<'a> {
                 let values: Vec<f64> = frames.iter().filter_map(|f| f.counter(name)).map(|n| n as f64).collect();
                 (!values.is_empty()).then(|| (name, Tail::of(values)))
             };
-            let mismatch: Vec<f64> = frames.iter().filter_map(|f| f.errors.map(|e| e.mismatch)).collect();
+            let mismatch: Vec<f64> = frames.iter().filter_map(|f| f.errors.as_ref().map(|e| e.all.mismatch)).collect();
             Self {
                 method: &spec.text,
                 ms,
@@ -211,7 +211,7 @@ impl<'a> Frame<'a> {
             bytes: *bytes,
             stages: Pairs(&times.stages),
             counters: Pairs(counters),
-            errors: *errors,
+            errors: errors.as_ref(),
             crawl: crawl.map(flips),
             differing_pixels: *differing,
         }

@@ -1,6 +1,6 @@
 //! What is kept of each frame of each method.
 
-use crate::cli::report::Errors;
+use crate::cli::report::LightErrors;
 use umbrage::methods::{FrameTimes, MethodSpec};
 use umbrage::truth::Crawl;
 
@@ -15,8 +15,8 @@ pub struct Record {
     /// Device memory in bytes.
     pub bytes: u64,
     /// Where the frame was measured.
-    pub errors: Option<Errors>,
-    /// Where this frame and the one before were measured.
+    pub errors: Option<LightErrors>,
+    /// Over all lights, where this frame and the one before were measured.
     pub crawl: Option<Crawl>,
     /// Pixels whose visibility has other bits than that of the same method without its cache, where both were measured.
     pub differing: Option<u64>,

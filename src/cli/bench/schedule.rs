@@ -26,7 +26,7 @@ impl Schedule {
     pub fn new(lab: &Lab, path: &CameraPath, args: &BenchArgs) -> Result<Self, Failure> {
         let base = lab.view().clone();
         let (scene, origin) = (lab.scene(), lab.scene().origin);
-        let seen = median_distance(&*lab.gbuffer()?, base.camera.eye - origin);
+        let seen = median_distance(&*lab.gbuffer()?);
         let free = |from: DVec3, way: DVec3| !lab.tracer().occluded(from - origin, way, 1.0);
         let distance = seen.unwrap_or(FALLBACK_DISTANCE * scene.diagonal());
         let around = Surroundings { scene, distance, free: &free };

@@ -38,7 +38,7 @@ fn cells(record: &Record, stages: &[&str]) -> Vec<String> {
     let ms = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:.4}"));
     let percent = |value: Option<f64>| value.filter(|v| v.is_finite()).map_or(String::new(), |v| format!("{v:.6}"));
     let count = |value: Option<u64>| value.map_or(String::new(), |value| value.to_string());
-    let (e, c) = (record.errors, record.crawl);
+    let (e, c) = (record.errors.as_ref().map(|e| e.all), record.crawl);
     let errors = [
         e.map(|e| e.mismatch),
         e.map(|e| e.edge_error),

@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "shared/frame.glsl"
+#extension GL_ARB_shader_viewport_layer_array : require
 #include "shared/structs.glsl"
 #include "methods/fit.glsl"
-#include "methods/uniform_vertex.glsl"
+#include "methods/map_vertex.glsl"
 
 void main() {
     Instance instance;

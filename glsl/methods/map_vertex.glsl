@@ -1,0 +1,22 @@
+// Position of a caster's vertex in one layer of a map.
+layout(constant_id = 0) const uint LAYER = 0u;
+#define LIGHT_BINDING 0
+#include "methods/light.glsl"
+layout(std430, binding = 1) readonly buffer Fits { Fit fits[]; };
+layout(std430, binding = 2) readonly buffer Instances { Instance instances[]; };
+layout(location = 0) in vec3 position;
+
+void place_vertex(out Instance instance) {
+    instance = instances[gl_InstanceIndex];
+    vec4 p = vec4(position, 1.0);
+    vec3 world = vec3(dot(instance.rows[0], p), dot(instance.rows[1], p), dot(instance.rows[2], p));
+    uint face = face_of(LAYER);
+    vec3 ls = light_space(face, world - light.eye.xyz);
+    // depth does not pass through the eye, which may be far away
+    ls.z = dot(light.faces[face].z.xyz, world) + light.faces[face].origin.x;
+    float w = divisor(ls.z);
+    vec3 t = vec3(ls.xy, w);
+    vec2 uv = vec2(dot(fits[LAYER].row_u.xyz, t), dot(fits[LAYER].row_v.xyz, t));
+    gl_Position = vec4(2.0 * uv - w, light.depth.x * ls.z + light.depth.y, w);
+    gl_Layer = int(LAYER);
+}

@@ -1,0 +1,49 @@
+// Visible samples as the light sees them, for passes over the image. Takes bindings 0 to 4.
+layout(constant_id = 0) const uint LAYERS = 1u;
+layout(std140, binding = 0) uniform FrameBlock { Frame frame; };
+layout(binding = 1) uniform sampler2D depth_image;
+layout(binding = 2) uniform usampler2D receiver_image;
+#define LIGHT_BINDING 3
+#include "methods/light.glsl"
+#define SLICES_BINDING 4
+#include "methods/slices.glsl"
+
+struct Sample {
+    vec3 from_eye;
+    vec3 normal;  // world space
+    uint layer;   // cascade or cube face it belongs to
+};
+
+// The layer of a sample: the slice of depth, or the face through which a light with a position sees it.
+uint layer_of(vec3 from_eye, float depth) {
+    uint layer = 0u;
+    float greatest = light_space(0u, from_eye).z;
+    for (uint i = 1u; i < LAYERS; i++) {
+        if (has_position()) {
+            float z = light_space(i, from_eye).z;
+            layer = z > greatest ? i : layer;
+            greatest = max(z, greatest);
+        } else {
+            layer += depth >= splits[i] ? 1u : 0u;
+        }
+    }
+    return layer;
+}
+
+// All but the normal.
+Sample sample_at(uvec2 pixel, float stored) {
+    float depth = linear_depth(frame, stored);
+    vec3 from_eye = pixel_ray(frame, pixel) * depth;
+    return Sample(from_eye, vec3(0.0), layer_of(from_eye, depth));
+}
+
+// Reads the normal. False where the light does not shine on the surface: turned away, beyond the range or outside the cone.
+bool shone_on(uvec2 pixel, inout Sample s) {
+    s.normal = decode_normal(texelFetch(receiver_image, ivec2(pixel), 0).x);
+    if (!has_position()) {
+        return dot(s.normal, light.faces[0].z.xyz) < 0.0;
+    }
+    vec3 p = light_space(0u, s.from_eye);
+    float away = length(p);
+    return dot(turned(0u, s.normal), p) < 0.0 && away <= light.rule.z && p.z >= light.rule.w * away;
+}

@@ -1,0 +1,180 @@
+//! Cascaded shadow maps (Engel 2006; Zhang et al. 2006; book, 4.3.1): the visible depths are divided into slices, and each
+//! slice has a map of its own. Slices and maps are fitted to the visible samples (Lauritzen et al. 2011) or to the frustum.
+
+use super::map::{self, Given, Map, Screen, Shape};
+use super::map_fit::{across, frustum_in_box, least_area};
+use super::{FrameTimes, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
+use crate::Cull;
+use crate::engine::constants::light_axes;
+use crate::gpu::structs::{Fit, Slices};
+use crate::gpu::sync::{self, Access};
+use crate::gpu::{Binding, Compute, spirv};
+use crate::lab::{Lab, LabError};
+use ash::vk;
+use bytemuck::Zeroable;
+
+const PARAMETERS: &[Parameter] = &[
+    Parameter { key: "cascades", default: "4", allowed: "1 to 8", meaning: "number of maps" },
+    Parameter { key: "resolution", default: "2048", allowed: "64 to 8192", meaning: "side of each map in texels" },
+    Parameter {
+        key: "lambda",
+        default: "1",
+        allowed: "0 to 1",
+        meaning: "share of logarithmic splits, the rest is equidistant; 0.75 where fit is frustum",
+    },
+    Parameter {
+        key: "fit",
+        default: "samples",
+        allowed: "frustum or samples",
+        meaning: "what slices and maps are fitted to",
+    },
+    super::DEPTH_BIAS,
+    super::CULL,
+];
+
+pub(super) const INFO: MethodInfo = MethodInfo {
+    name: "csm",
+    source: "Engel 2006; Zhang et al. 2006; Lauritzen et al. 2011; Eisemann et al. 2011, 4.3.1",
+    summary: "A map for each slice of depth, slices and maps fitted on the GPU to the visible samples",
+    parameters: PARAMETERS,
+};
+
+struct Settings {
+    cascades: u32,
+    resolution: u32,
+    lambda: f32,
+    to_samples: bool,
+    bias_texels: f32,
+    cull: Cull,
+}
+
+fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
+    spec.known(PARAMETERS)?;
+    let to_samples = spec.one_of("fit", "samples", &["frustum", "samples"])? == "samples";
+    // logarithmic splits waste maps on an empty range behind the near plane (book, 4.3.1); samples leave no such range
+    let lambda = if to_samples { 1.0 } else { 0.75 };
+    Ok(Settings {
+        cascades: spec.u32_in("cascades", 4, 1..=8)?,
+        resolution: spec.u32_in("resolution", 2048, 64..=8192)?,
+        lambda: spec.f32_in("lambda", lambda, 0.0..=1.0)?,
+        to_samples,
+        bias_texels: super::depth_bias(spec)?,
+        cull: super::cull(spec)?,
+    })
+}
+
+pub(super) fn check(spec: &MethodSpec) -> Result<(), LabError> {
+    settings(spec).map(|_| ())
+}
+
+pub(super) struct Csm {
+    settings: Settings,
+    screen: Screen,
+    map: [Map; 1],
+    extremes: Compute,
+    splits: Compute,
+}
+
+impl Csm {
+    pub(super) fn new(spec: &MethodSpec, lab: &Lab) -> Result<Self, LabError> {
+        super::one_directional(spec, lab)?;
+        let settings = settings(spec)?;
+        let gpu = lab.gpu();
+        let screen = Screen::new(lab)?;
+        let shape = Shape { side: settings.resolution, layers: settings.cascades, cull: settings.cull };
+        let map = Map::new(spec, lab, &screen, &lab.view().lights[0], shape)?;
+        let (frame, slices) = (Binding::Uniform(&screen.frame), Binding::Storage(&map.slices));
+        let depth = Binding::SampledView(lab.prepass().receivers().depth);
+        let (extremes, splits) = (spirv!("methods/csm_extremes.comp"), spirv!("methods/csm_splits.comp"));
+        Ok(Self {
+            extremes: Compute::new(gpu, "csm_extremes", extremes, &[frame, depth, slices], &[], 0)?,
+            splits: Compute::new(gpu, "csm_splits", splits, &[frame, slices], &[settings.cascades], 4)?,
+            settings,
+            screen,
+            map: [map],
+        })
+    }
+
+    /// Divides the depths between the nearest and the farthest visible sample.
+    fn slice(&self, lab: &Lab, cmd: vk::CommandBuffer) {
+        use Access::*;
+        let between = || sync::barrier(&lab.gpu().device, cmd, &[(ComputeWrite, ComputeWrite)]);
+        self.extremes.dispatch(cmd, &(), self.screen.columns());
+        between();
+        self.splits.dispatch(cmd, &self.settings.lambda, [1, 1, 1]);
+        between();
+    }
+
+    /// Slices of the part of the scene in the frustum, and the fit of each.
+    fn frustum_fits(&self, lab: &Lab) -> Result<(Vec<Fit>, Slices), LabError> {
+        let (view, origin, scene) = (lab.view(), lab.scene().origin, lab.scene_buffers());
+        let bounds = [scene.bounds_min.into(), scene.bounds_max.into()];
+        let clipped = |depths| frustum_in_box(view, origin, depths, bounds);
+        let camera = &view.camera;
+        let eye = camera.eye - origin;
+        let forward = -camera.view_from_world().row(2);
+        let depths = clipped([camera.near, camera.far]).into_iter().map(|p| forward.dot(p - eye));
+        let (near, far) = depths.fold((camera.far, camera.near), |(n, f), d| (d.min(n), d.max(f)));
+        let near = near.clamp(camera.near, camera.far);
+        let far = far.clamp(near, camera.far);
+        let mut slices = Slices::zeroed();
+        let cascades = self.settings.cascades as usize;
+        for (i, split) in slices.splits[..=cascades].iter_mut().enumerate() {
+            *split = practical_split(near, far, i as f64 / cascades as f64, self.settings.lambda.into()) as f32;
+        }
+        let axes = light_axes(map_light::direction(&view.lights[0]))?;
+        let fits = slices.splits[..=cascades].windows(2).map(|split| {
+            let points = clipped([split[0].into(), split[1].into()]);
+            least_area(&across(&points, eye, axes), self.settings.resolution.into())
+        });
+        Ok((fits.collect(), slices))
+    }
+}
+
+/// Where a slice begins: a mean of logarithmic and equidistant splits (Zhang et al. 2006). `share`: of the slices before it.
+fn practical_split(near: f64, far: f64, share: f64, lambda: f64) -> f64 {
+    lambda * near * (far / near).powf(share) + (1.0 - lambda) * (near + share * (far - near))
+}
+
+impl Method for Csm {
+    fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError> {
+        map::check_lights(lab, &self.map)?;
+        let light = map_light::constants(&lab.view().lights[0], lab, self.settings.bias_texels)?;
+        let given = if self.settings.to_samples {
+            Given { light, fits: None, slices: Slices::zeroed() }
+        } else {
+            let (fits, slices) = self.frustum_fits(lab)?;
+            Given { light, fits: Some(fits), slices }
+        };
+        let slice = |cmd| self.slice(lab, cmd);
+        lab.frame(|cmd, timer| map::record(lab, (cmd, timer), &self.screen, &self.map, &[given], slice))
+    }
+
+    fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {
+        super::of_light(&self.map, INFO.name, light)?.visibility(lab)
+    }
+
+    fn memory(&self) -> Vec<(&'static str, u64)> {
+        map::memory(&self.screen, &self.map)
+    }
+
+    fn statistics(&mut self, lab: &Lab) -> Result<Statistics, LabError> {
+        map::statistics(lab, &self.map)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::practical_split;
+
+    #[test]
+    fn splits_are_those_of_the_source() {
+        let splits = |lambda| [0.0, 0.5, 1.0].map(|share| practical_split(1.0, 100.0, share, lambda));
+        for (lambda, middle) in [(0.0, 50.5), (1.0, 10.0), (0.5, 30.25)] {
+            let got = splits(lambda);
+            for (got, want) in got.iter().zip([1.0, middle, 100.0]) {
+                assert!((got - want).abs() < 1e-9, "lambda {lambda}: {got}, not {want}");
+            }
+        }
+    }
+}

@@ -1,0 +1,322 @@
+//! What the methods that draw fitted maps share: the layers of one light's map with their passes, and a frame of them.
+
+use super::map_fit::ANGLES;
+use super::map_light::Kind;
+use super::{MethodSpec, Statistics, map_light};
+use crate::engine::gradient::Gradient;
+use crate::gpu::structs::{Fit, Frame, MapLight, Slices};
+use crate::gpu::sync::{self, Access};
+use crate::gpu::{
+    Binding, Buffer, Compute, Gpu, Graphics, GraphicsState, Image, ImageSpec, Memory, Shaders, Timer, set_area, spirv,
+};
+use crate::lab::{Lab, LabError};
+use crate::{Cull, Light};
+use ash::vk;
+use std::sync::Arc;
+
+/// What the maps of all lights share: camera constants and the receivers' planes.
+pub(super) struct Screen {
+    pub(super) frame: Buffer,
+    receiver: Image,
+    gradient: Gradient,
+    size: [u32; 2],
+}
+
+impl Screen {
+    pub(super) fn new(lab: &Lab) -> Result<Self, LabError> {
+        let gpu = lab.gpu();
+        let frame = constants_buffer(gpu, "frame constants", size_of::<Frame>())?;
+        let usage = vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::SAMPLED;
+        let receiver = screen_image(lab, "receiver planes", vk::Format::R32G32B32A32_UINT, usage)?;
+        let (constants, target) = (Binding::Uniform(&frame), Binding::StorageImage(&receiver));
+        let gradient = Gradient::new(gpu, constants, &lab.prepass().receivers(), target)?;
+        Ok(Self { frame, receiver, gradient, size: lab.view().size })
+    }
+
+    /// Workgroups of a pass in which a thread walks down 32 pixels of a column.
+    pub(super) fn columns(&self) -> [u32; 3] {
+        [self.size[0].div_ceil(64), self.size[1].div_ceil(32), 1]
+    }
+}
+
+fn constants_buffer(gpu: &Arc<Gpu>, name: &str, size: usize) -> Result<Buffer, LabError> {
+    let usage = vk::BufferUsageFlags::UNIFORM_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
+    Ok(Buffer::new(gpu, name, size as u64, usage, Memory::Device)?)
+}
+
+fn screen_image(lab: &Lab, name: &str, format: vk::Format, usage: vk::ImageUsageFlags) -> Result<Image, LabError> {
+    let [width, height] = lab.view().size;
+    Ok(Image::new(lab.gpu(), name, &ImageSpec { format, width, height, layers: 0, usage })?)
+}
+
+/// Layers of one light's map: squares of `side` texels.
+pub(super) struct Shape {
+    pub(super) side: u32,
+    pub(super) layers: u32,
+    pub(super) cull: Cull,
+}
+
+/// What the CPU gives for a frame of one light.
+pub(super) struct Given {
+    pub(super) light: MapLight,
+    /// One for each layer; `None` fits each to its samples.
+    pub(super) fits: Option<Vec<Fit>>,
+    pub(super) slices: Slices,
+}
+
+/// The map of one light and its visibility.
+pub(super) struct Map {
+    shape: Shape,
+    kind: Kind,
+    light: Buffer,
+    bounds: Buffer,
+    fits: Buffer,
+    pub(super) slices: Buffer,
+    image: Image,
+    visibility: Image,
+    measure: Compute,
+    choose: Compute,
+    /// Without and with alpha test, for each layer.
+    draws: Vec<[Graphics; 2]>,
+    lookup: Compute,
+    gpu: Arc<Gpu>,
+}
+
+impl Map {
+    pub(super) fn new(
+        spec: &MethodSpec,
+        lab: &Lab,
+        screen: &Screen,
+        light: &Light,
+        shape: Shape,
+    ) -> Result<Self, LabError> {
+        let kind = map_light::kind(light);
+        let position = u32::from(kind != Kind::Parallel);
+        let gpu = lab.gpu();
+        let Shape { side, layers, cull } = shape;
+        let largest = gpu.limits.max_image_dimension2_d.min(gpu.limits.max_framebuffer_width);
+        if side > largest {
+            return Err(LabError::Refused(format!("'{spec}': resolution is {side}, this device allows {largest}")));
+        }
+        use vk::{BufferUsageFlags as B, Format as F, ImageUsageFlags as I};
+        let usage = I::DEPTH_STENCIL_ATTACHMENT | I::SAMPLED;
+        let image =
+            Image::new(gpu, "map", &ImageSpec { format: F::D32_SFLOAT, width: side, height: side, layers, usage })?;
+        let visibility = screen_image(lab, "visibility", F::R32_SFLOAT, I::STORAGE | I::TRANSFER_SRC)?;
+        let light = constants_buffer(gpu, "light constants", size_of::<MapLight>())?;
+        let storage =
+            |name, each: usize, count: u32| Buffer::storage(gpu, name, each as u64 * u64::from(count), B::empty());
+        let bounds = storage("sample bounds", 4 * 4, ANGLES * layers)?;
+        let fits = storage("fits", size_of::<Fit>(), layers)?;
+        let slices = storage("slices", size_of::<Slices>(), 1)?;
+        let scene = lab.scene_buffers();
+        let samples = [
+            Binding::Uniform(&screen.frame),
+            Binding::SampledView(lab.prepass().receivers().depth),
+            Binding::Sampled(&screen.receiver),
+            Binding::Uniform(&light),
+            Binding::Storage(&slices),
+        ];
+        let draw = [
+            samples[3],
+            Binding::Storage(&fits),
+            Binding::External(scene.instances),
+            Binding::External(scene.materials),
+            Binding::External(scene.texels),
+        ];
+        // with a side left out every fragment is tested
+        let pipeline = |layer: u32, masked: bool| {
+            let name = if masked { "map_masked" } else { "map" };
+            let shaders = if masked || cull != Cull::None {
+                let (vertex, fragment) = (spirv!("methods/map_masked.vert"), spirv!("methods/map_masked.frag"));
+                Shaders { vertex, fragment: Some(fragment), constants: &[layer, position, cull as u32] }
+            } else {
+                Shaders { vertex: spirv!("methods/map.vert"), fragment: None, constants: &[layer, position] }
+            };
+            let tested = shaders.fragment.is_some();
+            let depth_compare = vk::CompareOp::GREATER_OR_EQUAL;
+            let state = GraphicsState { depth_compare, ..GraphicsState::casters(tested) };
+            Graphics::new(gpu, name, &shaders, if tested { &draw } else { &draw[..3] }, &state)
+        };
+        let compute = |name, spirv: &[u8], own: &[Binding<'_>]| {
+            Compute::new(gpu, name, spirv, &[&samples[..], own].concat(), &[layers, position], 0)
+        };
+        Ok(Self {
+            measure: compute("map_bounds", spirv!("methods/map_bounds.comp"), &[Binding::Storage(&bounds)])?,
+            choose: Compute::new(
+                gpu,
+                "map_fit",
+                spirv!("methods/map_fit.comp"),
+                &[Binding::Storage(&bounds), draw[1]],
+                &[],
+                4,
+            )?,
+            draws: (0..layers)
+                .map(|l| Ok([pipeline(l, false)?, pipeline(l, true)?]))
+                .collect::<Result<_, LabError>>()?,
+            lookup: compute(
+                "map_lookup",
+                spirv!("methods/map_lookup.comp"),
+                &[draw[1], Binding::Sampled(&image), Binding::StorageImage(&visibility)],
+            )?,
+            shape,
+            kind,
+            light,
+            bounds,
+            fits,
+            slices,
+            image,
+            visibility,
+            gpu: gpu.clone(),
+        })
+    }
+
+    /// Visibility of the last frame.
+    pub(super) fn visibility(&self, lab: &Lab) -> Result<Vec<f32>, LabError> {
+        Ok(bytemuck::pod_collect_to_vec(&lab.read_image(&self.visibility, Access::TransferRead, 4)?))
+    }
+
+    pub(super) fn shape(&self) -> &Shape {
+        &self.shape
+    }
+
+    fn write(&self, cmd: vk::CommandBuffer, given: &Given) {
+        let device = &self.gpu.device;
+        // SAFETY: the command buffer is recording; the data is smaller than 64 KiB
+        unsafe {
+            device.cmd_update_buffer(cmd, self.light.raw, 0, bytemuck::bytes_of(&given.light));
+            device.cmd_update_buffer(cmd, self.slices.raw, 0, bytemuck::bytes_of(&given.slices));
+            device.cmd_fill_buffer(cmd, self.bounds.raw, 0, vk::WHOLE_SIZE, 0);
+            if let Some(fits) = &given.fits {
+                device.cmd_update_buffer(cmd, self.fits.raw, 0, bytemuck::cast_slice(fits));
+            }
+        }
+    }
+
+    fn draw(&self, lab: &Lab, cmd: vk::CommandBuffer) {
+        let device = &self.gpu.device;
+        let scene = lab.scene_buffers();
+        let attachment = vk::RenderingAttachmentInfo::default()
+            .image_view(self.image.view)
+            .image_layout(vk::ImageLayout::DEPTH_ATTACHMENT_OPTIMAL)
+            .load_op(vk::AttachmentLoadOp::CLEAR)
+            .store_op(vk::AttachmentStoreOp::STORE)
+            .clear_value(vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } });
+        let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: self.image.extent };
+        let info =
+            vk::RenderingInfo::default().render_area(area).layer_count(self.shape.layers).depth_attachment(&attachment);
+        // SAFETY: the command buffer is recording; buffers and images outlive the submission
+        unsafe {
+            device.cmd_begin_rendering(cmd, &info);
+            set_area(device, cmd, area);
+            device.cmd_bind_index_buffer(cmd, scene.indices, 0, vk::IndexType::UINT32);
+            device.cmd_bind_vertex_buffers(cmd, 0, &[scene.positions, scene.attributes], &[0, 0]);
+            for (pipeline, alpha_tested) in self.draws.iter().flat_map(|[a, b]| [(a, false), (b, true)]) {
+                pipeline.bind(cmd);
+                for (d, _) in lab
+                    .draws()
+                    .iter()
+                    .zip(&lab.scene().meshes)
+                    .filter(|(d, m)| m.casts && d.alpha_tested == alpha_tested)
+                {
+                    device.cmd_draw_indexed(cmd, d.index_count, d.instance_count, d.first_index, 0, d.first_instance);
+                }
+            }
+            device.cmd_end_rendering(cmd);
+        }
+    }
+}
+
+/// Fails where the view's lights are others in number or kind than the maps were made for.
+pub(super) fn check_lights(lab: &Lab, maps: &[Map]) -> Result<(), LabError> {
+    let lights = &lab.view().lights;
+    if lights.len() != maps.len() {
+        return Err(LabError::Refused(format!(
+            "the view has {} lights, the method was made for {}",
+            lights.len(),
+            maps.len()
+        )));
+    }
+    for (light, map) in lights.iter().zip(maps) {
+        let kind = map_light::kind(light);
+        if kind != map.kind {
+            return Err(LabError::Refused(format!("the light is {kind}, the method was made for {}", map.kind)));
+        }
+    }
+    Ok(())
+}
+
+/// Records a frame of all lights; `slice` records how their depths are divided, before the fits.
+pub(super) fn record(
+    lab: &Lab,
+    (cmd, timer): (vk::CommandBuffer, &mut Timer),
+    screen: &Screen,
+    maps: &[Map],
+    given: &[Given],
+    slice: impl FnOnce(vk::CommandBuffer),
+) {
+    use Access::*;
+    let device = &lab.gpu().device;
+    let fitted = || maps.iter().zip(given).filter(|(_, given)| given.fits.is_none()).map(|(map, _)| map);
+    sync::barrier(
+        device,
+        cmd,
+        &[(ComputeRead, TransferWrite), (GraphicsRead, TransferWrite), (ComputeWrite, TransferWrite)],
+    );
+    // SAFETY: the command buffer is recording; the data is smaller than 64 KiB
+    unsafe { device.cmd_update_buffer(cmd, screen.frame.raw, 0, bytemuck::bytes_of(&lab.camera_constants())) };
+    maps.iter().zip(given).for_each(|(map, given)| map.write(cmd, given));
+    sync::barrier(
+        device,
+        cmd,
+        &[(TransferWrite, ComputeRead), (TransferWrite, ComputeWrite), (TransferWrite, GraphicsRead)],
+    );
+    sync::discard(device, cmd, &screen.receiver, ComputeRead, StorageImage);
+    screen.gradient.record(cmd, screen.size);
+    sync::image(device, cmd, &screen.receiver, StorageImage, ComputeRead);
+    timer.mark(cmd, "gradient");
+    if fitted().next().is_some() {
+        slice(cmd);
+        fitted().for_each(|map| map.measure.dispatch(cmd, &(), screen.columns()));
+        sync::barrier(device, cmd, &[(ComputeWrite, ComputeRead)]);
+        fitted().for_each(|map| map.choose.dispatch(cmd, &(map.shape.side as f32), [map.shape.layers, 1, 1]));
+        sync::barrier(device, cmd, &[(ComputeWrite, ComputeRead), (ComputeWrite, GraphicsRead)]);
+        timer.mark(cmd, "fit");
+    }
+    for map in maps {
+        sync::discard(device, cmd, &map.image, ComputeRead, DepthAttachment);
+        map.draw(lab, cmd);
+        sync::image(device, cmd, &map.image, DepthAttachment, ComputeRead);
+    }
+    timer.mark(cmd, "map");
+    for map in maps {
+        sync::discard(device, cmd, &map.visibility, TransferRead, StorageImage);
+        map.lookup.dispatch(cmd, &(), [screen.size[0].div_ceil(8), screen.size[1].div_ceil(8), 1]);
+        sync::image(device, cmd, &map.visibility, StorageImage, TransferRead);
+    }
+    timer.mark(cmd, "lookup");
+}
+
+/// Device memory by purpose, in bytes.
+pub(super) fn memory(screen: &Screen, maps: &[Map]) -> Vec<(&'static str, u64)> {
+    let sum = |bytes: fn(&Map) -> u64| maps.iter().map(bytes).sum::<u64>();
+    vec![
+        ("map", sum(|m| m.image.bytes)),
+        ("screen", screen.receiver.bytes + sum(|m| m.visibility.bytes)),
+        ("other", screen.frame.size + sum(|m| m.light.size + m.bounds.size + m.fits.size + m.slices.size)),
+    ]
+}
+
+/// Statistics of the last frame of all lights.
+pub(super) fn statistics(lab: &Lab, maps: &[Map]) -> Result<Statistics, LabError> {
+    let (mut effective_resolution, mut outside) = (0.0f64, 0);
+    for (map, light) in maps.iter().zip(&lab.view().lights) {
+        let fits: Vec<Fit> = bytemuck::pod_collect_to_vec(&lab.read_buffer(&map.fits)?);
+        let texels = fits[..map.shape.layers as usize].iter().map(|f| f64::from(f.texel[0].min(f.texel[1])));
+        let finest = texels.filter(|t| *t > 0.0).fold(f64::INFINITY, f64::min);
+        effective_resolution = effective_resolution.max(map_light::extent(light, lab.scene_buffers()) / finest);
+        let slices: Slices = bytemuck::pod_read_unaligned(&lab.read_buffer(&map.slices)?[..size_of::<Slices>()]);
+        outside += u64::from(slices.outside);
+    }
+    Ok(Statistics { effective_resolution, counters: vec![("outside", outside)], ..Statistics::default() })
+}

@@ -1,0 +1,231 @@
+//! The methods that draw fitted maps, against ray tracing and against each other.
+
+use crate::bench::Bench;
+use crate::comparators::{mixed, same_image};
+use crate::scenes;
+use glam::DVec3;
+use umbrage::Light;
+use umbrage::lab::{Lab, LabError, View};
+use umbrage::methods::{Method, MethodSpec, create};
+use umbrage::scene::Scene;
+use umbrage::truth::{Reference, compare};
+
+const SIZE: [u32; 2] = [320, 180];
+/// Most that a map may err here, in percent of edge pixels and of decided pixels.
+const EDGE_ERROR: f64 = 4.0;
+const OFF_EDGE: f64 = 0.1;
+
+fn method(lab: &Lab, spec: &str) -> Result<Box<dyn Method>, LabError> {
+    create(&MethodSpec::parse(spec).unwrap(), lab)
+}
+
+/// Visibility of one frame, and how many samples lay outside the map of their layer.
+fn draw(lab: &Lab, spec: &str) -> (Vec<f32>, u64) {
+    let mut method = method(lab, spec).unwrap();
+    method.frame(lab).unwrap();
+    let counters = method.statistics(lab).unwrap().counters;
+    let outside = counters.iter().find(|(name, _)| *name == "outside").expect("a counter of samples outside");
+    (method.visibility(lab, 0).unwrap(), outside.1)
+}
+
+/// Compares with `reference` and checks that wrong images would be seen.
+fn near_truth(name: &str, visibility: &[f32], reference: &Reference) {
+    mixed(visibility).unwrap_or_else(|why| panic!("{name}: {why}"));
+    mixed(&reference.visibility_image()).unwrap_or_else(|why| panic!("{name}, reference: {why}"));
+    let m = compare(visibility, reference).unwrap();
+    println!("{name}: off_edge {:.3} %, lost {:.3} %, edge_error {:.2} %", m.off_edge, m.lost, m.edge_error);
+    assert!(m.decided_pixels * 8 > u64::from(SIZE[0] * SIZE[1]) && m.edge_pixels > 200, "{name}: {m:?}");
+    assert!(m.off_edge <= OFF_EDGE && m.lost <= 0.05 && m.edge_error <= EDGE_ERROR, "{name}: {m:?}");
+    let inverted: Vec<f32> = visibility.iter().map(|v| 1.0 - v).collect();
+    for wrong in [inverted, vec![1.0; visibility.len()]] {
+        let m = compare(&wrong, reference).unwrap();
+        assert!(m.off_edge > OFF_EDGE && m.edge_error > EDGE_ERROR, "{name}: {m:?}");
+    }
+}
+
+#[test]
+fn directional_maps_match_the_reference() {
+    for (scene, view) in [scenes::sphere_on_plane(SIZE), scenes::thin_poles(SIZE), scenes::leaves(SIZE)] {
+        let name = scene.name.clone();
+        let lab = Bench::new(scene, view);
+        let reference = lab.reference(0, &|_| {}).unwrap();
+        for spec in [
+            "uniform:resolution=2048",
+            "uniform:resolution=4096,fit=scene",
+            "uniform:resolution=4096,fit=frustum",
+            "csm:resolution=1024",
+            "csm:resolution=2048,fit=frustum",
+        ] {
+            let (visibility, outside) = draw(&lab, spec);
+            near_truth(&format!("{name}, {spec}"), &visibility, &reference);
+            assert_eq!(outside, 0, "{name}, {spec}");
+        }
+    }
+}
+
+#[test]
+fn one_cascade_is_the_uniform_map() {
+    let cases = [
+        (scenes::leaves(SIZE), ""),
+        (scenes::leaves(SIZE), ",depth_bias=3"),
+        (scenes::sphere_on_plane(SIZE), ",cull=back"),
+        (scenes::thin_poles(SIZE), ",fit=frustum"),
+    ];
+    for ((scene, view), keys) in cases {
+        let lab = Bench::new(scene, view);
+        let [uniform, csm] = ["uniform:resolution=1024", "csm:resolution=1024,cascades=1"]
+            .map(|name| draw(&lab, &format!("{name}{keys}")).0);
+        if keys.ends_with("frustum") {
+            // split depths are rounded to single precision
+            let differing = uniform.iter().zip(&csm).filter(|(a, b)| a != b).count();
+            assert!(differing * 500 < uniform.len(), "{differing} pixels differ");
+        } else {
+            same_image(&uniform, &csm).unwrap_or_else(|why| panic!("{keys}: {why}"));
+        }
+        let coarser = draw(&lab, &format!("csm:resolution=512,cascades=1{keys}")).0;
+        assert!(same_image(&uniform, &coarser).is_err(), "{keys}");
+    }
+}
+
+#[test]
+fn more_cascades_err_less_on_a_long_scene() {
+    let (scene, view) = scenes::long_row(SIZE);
+    let lab = Bench::new(scene, view);
+    let reference = lab.reference(0, &|_| {}).unwrap();
+    for fit in ["samples", "frustum"] {
+        let mismatch = [1, 2, 4, 8].map(|n| {
+            let (visibility, outside) = draw(&lab, &format!("csm:resolution=512,cascades={n},fit={fit}"));
+            assert_eq!(outside, 0, "{n} cascades, fit={fit}");
+            compare(&visibility, &reference).unwrap().mismatch
+        });
+        println!("fit={fit}: {mismatch:?} % differ with 1, 2, 4, 8 cascades");
+        for pair in mismatch.windows(2) {
+            assert!(pair[1] < 0.8 * pair[0], "fit={fit}: {mismatch:?}");
+        }
+    }
+}
+
+#[test]
+fn logarithmic_splits_favour_the_near_range() {
+    let (scene, view) = scenes::long_row(SIZE);
+    let lab = Bench::new(scene, view);
+    for fit in ["samples", "frustum"] {
+        let finest = ["0", "0.5", "1"].map(|lambda| {
+            let mut method = method(&lab, &format!("csm:resolution=512,lambda={lambda},fit={fit}")).unwrap();
+            method.frame(&lab).unwrap();
+            method.statistics(&lab).unwrap().effective_resolution
+        });
+        println!("fit={fit}: {finest:?}");
+        assert!(finest[0] > 512.0 && finest[1] > 1.3 * finest[0] && finest[2] > 1.3 * finest[1], "{fit}: {finest:?}");
+    }
+}
+
+/// A sample outside the map of its layer would be lit.
+#[test]
+fn every_sample_lies_in_the_map_of_its_layer() {
+    let (scene, mut view) = scenes::under_a_roof(SIZE);
+    let sun = view.lights[0].clone();
+    let above = DVec3::new(1.0, 6.0, 2.0);
+    let point = Light::Point { position: above, range: 100.0 };
+    let wide = spot(above, DVec3::new(0.3, -1.0, 0.1), 89.0, 100.0);
+    for (light, specs) in [
+        (sun, &["csm:resolution=64", "csm:resolution=64,fit=frustum", "csm:resolution=64,cascades=8", "uniform"][..]),
+        (point, &["uniform:resolution=256", "uniform:resolution=256,fit=scene"]),
+        (wide, &["uniform:resolution=256", "uniform:resolution=256,fit=scene"]),
+    ] {
+        view.lights = vec![light];
+        let lab = Bench::new(scene.clone(), view.clone());
+        let hit = lab.gbuffer().unwrap().hit.clone();
+        for spec in specs {
+            let (visibility, outside) = draw(&lab, spec);
+            let lit = visibility.iter().zip(&hit).filter(|(v, hit)| **hit && **v > 0.0).count();
+            assert_eq!((outside, lit), (0, 0), "{spec} with {:?}", view.lights[0]);
+        }
+        assert!(hit.iter().filter(|h| **h).count() * 2 > hit.len());
+    }
+}
+
+fn spot(position: DVec3, direction: DVec3, outer_angle_deg: f64, range: f64) -> Light {
+    Light::Spot { position, direction, inner_angle_deg: 0.0, outer_angle_deg, range }
+}
+
+fn with_light((scene, view): (Scene, View), light: &Light) -> (Scene, View) {
+    (scene, View { lights: vec![light.clone()], ..view })
+}
+
+#[test]
+fn lights_with_a_position_match_the_reference() {
+    let at = DVec3::new(-2.0, 4.0, 1.5);
+    let aim = DVec3::new(2.0, -4.0, -1.5);
+    let lights = [
+        spot(at, aim, 35.0, 20.0),
+        // ends within the image
+        spot(at, aim, 60.0, 6.0),
+        // as a cube, from a corner of the scene
+        spot(DVec3::new(-3.0, 1.6, 2.0), DVec3::new(1.0, -0.2, -0.4), 85.0, 20.0),
+        Light::Point { position: at, range: 20.0 },
+        // among the casters: faces to all sides are used
+        Light::Point { position: DVec3::new(0.9, 2.4, 0.9), range: 7.0 },
+    ];
+    for light in &lights {
+        for scene in [scenes::sphere_on_plane(SIZE), scenes::thin_poles(SIZE), scenes::leaves(SIZE)] {
+            let (scene, view) = with_light(scene, light);
+            let name = scene.name.clone();
+            let lab = Bench::new(scene, view);
+            let reference = lab.reference(0, &|_| {}).unwrap();
+            for spec in ["uniform:resolution=2048", "uniform:resolution=4096,fit=scene"] {
+                let (visibility, outside) = draw(&lab, spec);
+                let name = format!("{name}, {spec}, {light:?}");
+                near_truth(&name, &visibility, &reference);
+                assert_eq!(outside, 0, "{name}");
+                let beyond = (0..reference.hit.len())
+                    .filter(|&i| reference.hit[i] && reference.decided[i] && !reference.facing[i])
+                    .filter(|&i| visibility[i] != 0.0);
+                assert_eq!(beyond.count(), 0, "{name}: pixels lit beyond the light's reach");
+            }
+        }
+    }
+}
+
+#[test]
+fn unserved_lights_are_refused() {
+    let at = DVec3::new(0.0, 4.0, 0.0);
+    let cone = spot(at, -DVec3::Y, 30.0, 10.0);
+    let point = Light::Point { position: at, range: 10.0 };
+    for (light, spec, word) in [
+        (&cone, "csm", "directional"),
+        (&point, "csm", "directional"),
+        (&cone, "uniform:fit=frustum", "fit=frustum"),
+        (&point, "uniform:fit=frustum", "fit=frustum"),
+    ] {
+        let (scene, view) = with_light(scenes::sphere_on_plane([16, 16]), light);
+        let lab = Bench::new(scene, view);
+        match method(&lab, spec) {
+            Err(LabError::Refused(text)) => assert!(text.contains(word), "{spec}: {text}"),
+            Err(other) => panic!("{spec}: {other}"),
+            Ok(_) => panic!("{spec} serves {light:?}"),
+        }
+    }
+}
+
+#[test]
+fn another_kind_of_light_is_refused_later() {
+    let at = DVec3::new(0.0, 4.0, 0.0);
+    let (scene, view) = scenes::sphere_on_plane([16, 16]);
+    let mut lab = Bench::new(scene, view.clone());
+    for spec in ["uniform:resolution=64", "csm:resolution=64"] {
+        let mut method = method(&lab, spec).unwrap();
+        method.frame(&lab).unwrap();
+        let cone = spot(at, -DVec3::Y, 30.0, 10.0);
+        let sun = view.lights[0].clone();
+        for (lights, words) in [
+            (vec![cone], ["a spot light", "a directional light"]),
+            (vec![sun.clone(), sun], ["2 lights", "made for 1"]),
+        ] {
+            lab.look(View { lights, ..view.clone() }).unwrap();
+            let error = method.frame(&lab).unwrap_err().to_string();
+            assert!(words.iter().all(|w| error.contains(w)), "{spec}: {error}");
+        }
+        lab.look(view.clone()).unwrap();
+    }
+}
