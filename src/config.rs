@@ -44,6 +44,58 @@ pub enum Cull {
     Front = 2,
 }
 
+/// How the casters at the texels around a receiver decide how much of the light it sees. Kernels are `taps` texels of the
+/// serving page across, 2 to 9 (percentage-closer filtering, Reeves et al. 1987; book, 5.1.4).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Filter {
+    /// Lit or shadowed: the contour where the bilinear blend of the four nearest tests is one half.
+    Hard,
+    /// The share of the `taps` x `taps` nearest texels.
+    Pcf {
+        /// Texels along a side.
+        taps: u32,
+    },
+    /// The share of 16 to 32 points of a disc, turned by a hash of the pixel.
+    Poisson {
+        /// Diameter in texels.
+        taps: u32,
+    },
+    /// The mean of `taps` x `taps` bilinear lookups.
+    Bilinear {
+        /// Lookups along a side, a texel apart.
+        taps: u32,
+    },
+}
+
+impl Filter {
+    /// The constants FILTER and TAPS of the shaders.
+    pub(crate) fn words(self) -> [u32; 2] {
+        match self {
+            Filter::Hard => [0, 1],
+            Filter::Pcf { taps } => [1, taps],
+            Filter::Poisson { taps } => [2, taps],
+            Filter::Bilinear { taps } => [3, taps],
+        }
+    }
+
+    /// Whether looking at a layer's depth range first pays: kernels of 9 texels take half the time on lavapipe, those of 4
+    /// do not gain.
+    pub(crate) fn ranged(self) -> bool {
+        self.words()[1] > 4
+    }
+
+    /// Factor on the depth bias: half the width of the kernel in texels, since a surface that meets the receiver's plane in a
+    /// concave edge rises above it in proportion.
+    pub(crate) fn bias(self) -> f32 {
+        0.5 * self.words()[1].max(2) as f32
+    }
+
+    /// Texels around a receiver's own that are read: the least gutter.
+    pub fn reach(self) -> u32 {
+        self.words()[1].div_ceil(2)
+    }
+}
+
 /// Bytes of the page table for each distinct page asked for: eight slots of key, entry and node.
 const REQUEST_BYTES: u64 = 8 * (8 + 4 + size_of::<crate::gpu::structs::Node>() as u64);
 
@@ -59,7 +111,7 @@ pub struct Config {
     pub atlas_bytes: u64,
     /// Side of a page in texels: 64, 128, 256 or 512.
     pub page_texels: u32,
-    /// Texels along each side of a page that repeat its neighbours, for filters; 1 to 8: the lookup needs one.
+    /// Texels along each side of a page that repeat its neighbours, for filters; 1 to 8, at least [`Filter::reach`].
     pub gutter: u32,
     /// Finest level that pixels may ask for, relative to one texel a pixel: -1 is half a pixel. -8 to 8.
     /// Pages this fine are drawn where the atlas has room; coarser ones serve elsewhere.
@@ -69,10 +121,14 @@ pub struct Config {
     pub virtual_bits: u32,
     /// Most lights at a time, 1 to 1365.
     pub lights: u32,
-    /// Bits of a light in the mask: 32 (a float), 8 (fractions of 255) or 1.
+    /// Bits of a light in the mask: 32 (a float), 8 (fractions of 255) or, without a filter, 1.
     pub mask_bits: u32,
-    /// Whether pixels that the map cannot decide are decided by rays against the casters.
+    /// Whether pixels that the map cannot decide are decided by rays against the casters; without a filter only.
     pub exact: bool,
+    /// What the lookup makes of the casters around a receiver.
+    pub filter: Filter,
+    /// Whether filtered visibility changes smoothly from level to level; the coarser pages are asked for too.
+    pub level_blend: bool,
     /// Sides of casters that are left out; off by default, since shadow truth is geometric.
     pub cull: Cull,
     /// The level rule.
@@ -116,7 +172,7 @@ pub struct Config {
     /// such as lavapipe pays for each thread of a group and is fastest at 16.
     pub cull_group: u32,
     /// Depth bias beyond the receiver plane's: this times (a texel of the page plus a quarter of the receiver's depth
-    /// change across it); 0 to 16.
+    /// change across it); with a filter also times half its taps. 0 to 16.
     pub bias_texels: f32,
 }
 
@@ -133,6 +189,8 @@ impl Config {
             lights: 1,
             mask_bits: 32,
             exact: false,
+            filter: Filter::Hard,
+            level_blend: false,
             cull: Cull::None,
             level_rule: LevelRule::MinLength,
             route: RequestRoute::Flags,
@@ -225,7 +283,15 @@ impl Config {
         )?;
         let texels = self.page_texels;
         limit(matches!(texels, 64 | 128 | 256 | 512), "page_texels", texels, "64, 128, 256 or 512".into())?;
-        limit((1..=8).contains(&self.gutter), "gutter", self.gutter, "1 to 8 texels".into())?;
+        let (hard, reach) = (self.filter == Filter::Hard, self.filter.reach());
+        let taps = self.filter.words()[1];
+        limit(hard || (2..=9).contains(&taps), "filter", taps, "2 to 9 taps".into())?;
+        limit(
+            (reach..=8).contains(&self.gutter),
+            "gutter",
+            self.gutter,
+            format!("{reach} to 8 texels with this filter"),
+        )?;
         let page_bytes = 4 * u64::from(texels).pow(2);
         limit(
             (16..=u64::from(max_layers)).contains(&(self.atlas_bytes / page_bytes)),
@@ -241,13 +307,21 @@ impl Config {
         limit((1..=MAX_LIGHTS).contains(&self.lights), "lights", self.lights, format!("1 to {MAX_LIGHTS}"))?;
         let sorted = self.route == RequestRoute::Flags || self.lights <= 16;
         limit(sorted, "lights", self.lights, "at most 16 with the sort route".into())?;
-        limit(matches!(self.mask_bits, 1 | 8 | 32), "mask_bits", self.mask_bits, "1, 8 or 32".into())?;
         limit(
             self.mask_layers() <= max_layers,
             "mask_bits",
             self.mask_bits,
             format!("at most {max_layers} layers of the mask, not {} for {} lights", self.mask_layers(), self.lights),
         )?;
+        let bits = if hard { "1, 8 or 32" } else { "8 or 32 with a filter" };
+        limit(
+            matches!(self.mask_bits, 8 | 32) || hard && self.mask_bits == 1,
+            "mask_bits",
+            self.mask_bits,
+            bits.into(),
+        )?;
+        limit(hard || !self.exact, "exact", self.exact, "false with a filter".into())?;
+        limit(!(hard && self.level_blend), "level_blend", self.level_blend, "false without a filter".into())?;
         limit((-8.0..=8.0).contains(&self.level_bias), "level_bias", self.level_bias, "-8 to 8".into())?;
         limit((0.0..=16.0).contains(&self.bias_texels), "bias_texels", self.bias_texels, "0 to 16".into())?;
         let group = self.cull_group;

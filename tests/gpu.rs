@@ -17,6 +17,8 @@ mod compact;
 mod comparators;
 #[path = "gpu/exact.rs"]
 mod exact;
+#[path = "gpu/filter.rs"]
+mod filter;
 #[path = "gpu/frame.rs"]
 mod frame;
 #[path = "gpu/gradient.rs"]

@@ -17,7 +17,7 @@ layout(std430, binding = 4) buffer Order { uint order[]; };
 layout(std430, binding = 5) writeonly buffer Cleared { uint cleared[]; };  // layers to clear
 layout(std430, binding = 6) writeonly buffer Arguments { uint arguments[]; };
 layout(std430, binding = 7) readonly buffer Lights { Light lights[]; };
-layout(push_constant) uniform Push { uint argument; };  // first of 4 words: the draw that clears
+layout(push_constant) uniform Push { uint argument; };  // first of 7 words: the draw that clears, a dispatch over the same layers
 
 const uint MAX_SLOTS = 2048u;
 shared uvec3 sums[256];
@@ -135,5 +135,8 @@ void main() {
         arguments[argument + 1u] = clears;
         arguments[argument + 2u] = 0u;
         arguments[argument + 3u] = 0u;
+        arguments[argument + 4u] = clears;
+        arguments[argument + 5u] = 1u;
+        arguments[argument + 6u] = 1u;
     }
 }

@@ -12,8 +12,12 @@ layout(constant_id = 0) const uint TABLE_SIZE = 1024u;
 layout(constant_id = 1) const uint GUTTER = 0u;
 layout(constant_id = 2) const uint MASK_BITS = 32u;  // of a light: 1, 8 (fraction of 255) or 32 (a float)
 layout(constant_id = 3) const bool SUN = false;
-layout(constant_id = 4) const bool EXACT = false;     // whether what the map cannot decide is left to rays
-layout(constant_id = 5) const uint RAY_CAPACITY = 0u;
+layout(constant_id = 4) const uint FILTER = 0u;
+layout(constant_id = 5) const uint TAPS = 4u;
+layout(constant_id = 6) const bool LEVEL_BLEND = false;
+layout(constant_id = 7) const bool RANGED = false;  // whether `ranges` are known
+layout(constant_id = 8) const bool EXACT = false;     // whether what the map cannot decide is left to rays
+layout(constant_id = 9) const uint RAY_CAPACITY = 0u;
 layout(std140, binding = 0) uniform FrameBlock { Frame frame; };
 layout(binding = 1) uniform sampler2D depth_image;
 layout(binding = 2) uniform usampler2D receiver_image;
@@ -23,17 +27,22 @@ layout(binding = 5) uniform sampler2DArray atlas;
 layout(binding = 6, r32ui) writeonly uniform uimage2DArray mask_image;
 layout(std430, binding = 7) readonly buffer Lights { Light lights[]; };
 layout(std430, binding = 8) readonly buffer TileLights { uint tile_lights[]; };
-layout(std430, binding = 9) buffer RayCount { uint ray_count; };
-layout(std430, binding = 10) writeonly buffer RayItems { uvec2 ray_items[]; };  // x: pixel, 16 bits each; y: slot of the light
-layout(std430, binding = 11) writeonly buffer Rays { vec4 rays[]; };  // origin and t_max, direction
+layout(std430, binding = 9) readonly buffer Ranges { vec2 ranges[]; };
+layout(std430, binding = 10) buffer RayCount { uint ray_count; };
+layout(std430, binding = 11) writeonly buffer RayItems { uvec2 ray_items[]; };  // x: pixel, 16 bits each; y: slot of the light
+layout(std430, binding = 12) writeonly buffer Rays { vec4 rays[]; };  // origin and t_max, direction
 
 #include "shared/light_receiver.glsl"
 #include "shared/table.glsl"
 #include "host/umbrage_lookup.glsl"
+#include "host/umbrage_filter.glsl"
 #include "shared/decide.glsl"
 
 // Visibility, or 0 and a ray where the map cannot decide.
 float visibility_of(uint slot, Light light, vec3 from_eye, vec3 n, vec3 dx, vec3 dy) {
+    if (FILTER != FILTER_HARD) {
+        return umbrage_filtered(slot, light, from_eye, n, dx, dy, gl_GlobalInvocationID.xy);
+    }
     if (!EXACT) {
         return umbrage_visibility(slot, light, from_eye, n, dx, dy);
     }
@@ -44,15 +53,14 @@ float visibility_of(uint slot, Light light, vec3 from_eye, vec3 n, vec3 dx, vec3
     if (!on_face(r.page)) {
         return 1.0;
     }
-    PageSample s;
-    bool served = umbrage_sample(slot, light, r, s);
-    int decision = served ? map_decides(s) : MAP_UNDECIDED;
+    uint entry = umbrage_entry(key_of(r.level, slot * FACES + r.face, uvec2(r.page) >> r.level));
+    int decision = entry != 0u ? map_decides(umbrage_plane(light, r, entry), umbrage_layers(entry)) : MAP_UNDECIDED;
     if (decision != MAP_UNDECIDED) {
         return float(decision);
     }
     uint index = atomicAdd(ray_count, 1u);
     if (index >= RAY_CAPACITY) {
-        return served ? umbrage_contour(s) : 0.0;
+        return umbrage_visibility(slot, light, from_eye, n, dx, dy);
     }
     vec3 origin = from_eye + n * ray_offset(frame, from_eye);
     bool sun = SUN || light.kind.x == LIGHT_DIRECTIONAL;

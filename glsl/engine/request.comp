@@ -13,6 +13,7 @@ layout(constant_id = 0) const uint TABLE_SIZE = 1024u;
 layout(constant_id = 1) const bool FLAGS = true;  // route: into the page table at once, or append for the sort
 layout(constant_id = 2) const uint CAPACITY = 1024u;
 layout(constant_id = 3) const bool SUN = false;
+layout(constant_id = 4) const bool LEVEL_BLEND = false;
 layout(std140, binding = 0) uniform FrameBlock { Frame frame; };
 layout(binding = 1) uniform sampler2D depth_image;
 layout(binding = 2) uniform usampler2D receiver_image;
@@ -89,12 +90,15 @@ void gather(uvec2 key) {
     emit(key, 1u);
 }
 
-// Asks for the page of a receiver.
+// Asks for the page of a receiver, and for the coarser one with which it is blended.
 void ask(uint slot, Light light, vec3 from_eye, vec3 n, vec3 dx, vec3 dy) {
     Receiver r;
     if (light_receiver(frame, light, from_eye, n, dx, dy, r) && on_face(r.page)) {
         int level = min(r.level + int(shift), ROOT_LEVEL);
         gather(key_of(level, slot * FACES + r.face, uvec2(r.page) >> level));
+        if (LEVEL_BLEND && r.coarser > 0.0 && level < ROOT_LEVEL) {
+            gather(key_of(level + 1, slot * FACES + r.face, uvec2(r.page) >> (level + 1)));
+        }
     }
 }
 
@@ -114,7 +118,7 @@ void main() {
     vec3 from_eye = pixel_ray(frame, pixel) * depth;
     uint words = light_words(frame);
     if (!SUN) {
-        find_tile_lights(from_eye, stored > 0.0);
+        find_tile_lights(depth, stored > 0.0);
         barrier();
         uint tile = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * words;
         for (uint i = local; i < words; i += 64u) {

@@ -6,7 +6,10 @@
 layout(local_size_x = 1) in;
 layout(std430, binding = 0) readonly buffer Bounds { uint bounds[]; };
 layout(std430, binding = 1) writeonly buffer Fits { Fit fits[]; };
-layout(push_constant) uniform Push { float resolution; };
+layout(push_constant) uniform Push {
+    float resolution;
+    float border;  // texels
+};
 
 const uint ANGLES = 16u;
 
@@ -22,8 +25,8 @@ void main() {
         }
         vec2 low = -vec2(unordered(bounds[at]), unordered(bounds[at + 1u]));
         vec2 high = vec2(unordered(bounds[at + 2u]), unordered(bounds[at + 3u]));
-        // one texel of border, so that rounding keeps every sample inside
-        vec2 size = max((high - low) * (resolution / (resolution - 2.0)), vec2(1e-6 * length(max(abs(low), abs(high)))));
+        // a border for filters, and so that rounding keeps every sample inside
+        vec2 size = max((high - low) * (resolution / (resolution - 2.0 * border)), vec2(1e-6 * length(max(abs(low), abs(high)))));
         low = 0.5 * (low + high) - 0.5 * size;
         float area = size.x * size.y;
         if (area < least) {

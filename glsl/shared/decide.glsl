@@ -7,21 +7,21 @@ const int MAP_UNDECIDED = -1;
 // Share of the depth bias by which a surface that shadows nothing may rise above the receiver's plane.
 const float SELF = 0.25;
 
-// Decided where all texels around the receiver agree and leave no doubt: casters above the plane by more than the bias, or
-// none above it by more than a share of that.
-int map_decides(PageSample s) {
+// Decided where the nine texels around the receiver agree and leave no doubt: casters above the plane by more than the
+// bias, or none above it by more than a share of that.
+int map_decides(Plane plane, uvec2 layers) {
     bool lit = true;
     bool shadowed = true;
     for (int y = -1; y <= 1; y += 2) {
         for (int x = -1; x <= 1; x += 2) {
             // the four texels around a corner of the receiver's texel
-            vec2 corner = clamp(floor(s.texel) + 0.5 + 0.5 * vec2(x, y), vec2(1.0), vec2(textureSize(atlas, 0).xy) - 1.0);
-            vec2 first = corner - 0.5 - s.texel;
-            float depth = s.depth + dot(s.slope, first);
-            vec4 plane = vec4(depth, depth + s.slope.x, depth + s.slope.y, depth + s.slope.x + s.slope.y);
-            vec4 casters = umbrage_casters(s.entry, corner);
-            lit = lit && all(lessThanEqual(casters, plane + SELF * s.bias));
-            shadowed = shadowed && all(greaterThan(casters, plane + s.bias));
+            vec2 low = floor(plane.texel) - 0.5 + 0.5 * vec2(x, y);
+            low = clamp(low, vec2(0.0), vec2(textureSize(atlas, 0).xy) - 2.0);
+            float first = plane.depth + dot(plane.slope, low + 0.5 - plane.texel);
+            vec4 depths = vec4(first, first + plane.slope.x, first + plane.slope.y, first + plane.slope.x + plane.slope.y);
+            vec4 casters = caster_quad(layers, low);
+            lit = lit && all(lessThanEqual(casters, depths - (1.0 - SELF) * plane.bias));
+            shadowed = shadowed && all(greaterThan(casters, depths));
         }
     }
     return lit ? MAP_LIT : shadowed ? MAP_SHADOWED : MAP_UNDECIDED;

@@ -19,15 +19,20 @@ struct Receiver {
     ivec2 page;    // level-0 page
     vec2 inside;   // place in it, 0 to 1
     int level;     // finest level it may ask for
+    float coarser; // weight of the next coarser level where levels are blended
     float depth;   // as stored: 1 nearest to the light, 0 farthest
     vec2 slope;    // change of stored depth per unit along the receiver's plane
     float per_length;  // stored depth per world length along z
     float unit;    // world length of a unit there
 };
 
+// Levels are blended over this share of each, at its coarse end.
+const float BLEND_BAND = 0.5;
+
 // The exponent of a squared length is read from its bits, so that the result is exact and equal on every device.
 // RMSM (Lefohn et al. 2007, sec. 4): level = log2(sqrt(|dx x dy|)); min_length: log2(min(|dx|, |dy|)).
-int footprint_level(Frame frame, Light light, vec2 dx, vec2 dy) {
+// `coarser` grows from 0 to 1 towards the next level, linearly in the parts of an octave of the squared length.
+int footprint_level(Frame frame, Light light, vec2 dx, vec2 dy, out float coarser) {
     precise float squared;
     if (frame.size.z == 0u) {
         squared = abs(dx.x * dy.y - dx.y * dy.x);
@@ -37,8 +42,13 @@ int footprint_level(Frame frame, Light light, vec2 dx, vec2 dy) {
         squared = min(x, y);
     }
     precise float scaled = squared * light.rule.x;
-    int exponent = int((floatBitsToUint(scaled) >> 23) & 255u) - 127;
-    return clamp(exponent >> 1, int(light.kind.w), ROOT_LEVEL);
+    uint bits = floatBitsToUint(scaled);
+    int exponent = int((bits >> 23) & 255u) - 127;
+    int level = clamp(exponent >> 1, int(light.kind.w), ROOT_LEVEL);
+    // between this level and the next: the lowest bit of the exponent and the fraction after it
+    float between = float((bits + 0x00800000u) & 0xffffffu) * (1.0 / 16777216.0);
+    coarser = level == exponent >> 1 && level < ROOT_LEVEL ? max((between - 1.0 + BLEND_BAND) / BLEND_BAND, 0.0) : 0.0;
+    return level;
 }
 
 // What request and lookup both need of a receiver: whether the light reaches its front, and where it lies.
@@ -98,7 +108,7 @@ bool light_receiver(Frame frame, Light light, vec3 from_eye, vec3 n, vec3 dx, ve
         r.inside = mix(r.inside, vec2(1.0), greaterThan(r.page, last));
         r.page = min(r.page, last);
     }
-    r.level = footprint_level(frame, light, ls_dx, ls_dy);
+    r.level = footprint_level(frame, light, ls_dx, ls_dy, r.coarser);
     return true;
 }
 

@@ -51,3 +51,11 @@ float ray_offset(Frame frame, vec3 from_eye) {
 // map's axes. The plane at a texel's centre hides the receiver's own slope, but where another surface meets it in a
 // concave edge the centre may lie on that; the difference grows with the texel and with the slope.
 float receiver_bias(float texel, vec2 slope) { return texel + 0.25 * (abs(slope.x) + abs(slope.y)); }
+
+// A receiver's plane in a layer of a map.
+struct Plane {
+    vec2 texel;   // of the receiver, from the layer's corner
+    float depth;  // stored depth there, bias included
+    vec2 slope;   // its change per texel
+    float bias;   // contained in `depth`; 0 where nobody asks
+};

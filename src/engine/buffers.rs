@@ -18,11 +18,13 @@ pub(crate) mod arguments {
     pub(crate) const SORT: u32 = 12;
     /// Draw that clears layers.
     pub(crate) const CLEAR: u32 = 15;
+    /// Dispatch over the layers that were cleared; follows the draw.
+    pub(crate) const RANGES: u32 = 19;
     /// Dispatches over the runs of clusters of each layer.
-    pub(crate) const ITEMS: [u32; 2] = [19, 22];
+    pub(crate) const ITEMS: [u32; 2] = [22, 25];
     /// Dispatches over opaque and masked pairs.
-    pub(crate) const TRIANGLES: [u32; 2] = [25, 28];
-    pub(crate) const WORDS: u32 = 31;
+    pub(crate) const TRIANGLES: [u32; 2] = [28, 31];
+    pub(crate) const WORDS: u32 = 34;
 }
 
 pub(crate) struct Buffers {
@@ -49,6 +51,8 @@ pub(crate) struct Buffers {
     pub(crate) slots: Buffer,
     pub(crate) order: Buffer,
     pub(crate) cleared: Buffer,
+    /// Least and greatest depth of each layer.
+    pub(crate) ranges: Buffer,
     pub(crate) tracked: Buffer,
     pub(crate) changed: Buffer,
     pub(crate) items: [Buffer; 2],
@@ -103,6 +107,7 @@ impl Buffers {
             slots: storage("layers", size_of::<Slot>() as u64 * pages, none)?,
             order: storage("order of layers", 4 * pages, none)?,
             cleared: storage("layers to clear", 4 * pages, none)?,
+            ranges: storage("depth ranges of layers", 8 * pages, none)?,
             tracked: storage("tracked instances", size_of::<Tracked>() as u64 * instances, none)?,
             changed: storage("changed bounds", 2 * 32 * instances, none)?,
             items: [storage("cached runs", runs, none)?, storage("moving runs", runs, none)?],
@@ -139,7 +144,8 @@ impl Buffers {
                     + self.pages.size
                     + self.slots.size
                     + self.order.size
-                    + self.cleared.size,
+                    + self.cleared.size
+                    + self.ranges.size,
             ),
             ("casters", self.tracked.size + self.changed.size + self.items[0].size + self.items[1].size),
             ("draw_lists", self.pair_counts.size + self.pairs.size + self.commands.size),

@@ -102,7 +102,7 @@ pub(crate) fn constants(config: &Config, scene: &SceneBuffers, input: &FrameInpu
     Frame {
         size: [config.size[0], config.size[1], u32::from(config.level_rule == LevelRule::MinLength), 0],
         cache: [history.flags, history.frame, config.still_frames, history.page_cost],
-        rule: [config.interior() as f32, config.bias_texels, config.drift_texels, ray_start],
+        rule: [config.interior() as f32, config.bias_texels * config.filter.bias(), config.drift_texels, ray_start],
         ..camera
     }
 }

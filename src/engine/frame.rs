@@ -176,6 +176,9 @@ impl Engine {
         }
         self.tiles.record(cmd, b);
         sync::image(device, cmd, &b.atlas, DepthAttachment, ComputeRead);
+        if self.tiles.record_ranges(cmd, b) {
+            sync::barrier(device, cmd, &[(ComputeWrite, ComputeRead)]);
+        }
         stage("tiles");
 
         for view in &self.views {

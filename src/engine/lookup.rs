@@ -1,5 +1,5 @@
 //! The full-screen mask: visibility towards every light.
-//! Reads: depth, receiver planes, lights of each tile, page table, atlas. Writes: mask. No capacity.
+//! Reads: depth, receiver planes, lights of each tile, page table, atlas, depth ranges. Writes: mask. No capacity.
 
 use super::buffers::Buffers;
 use super::exact::Exact;
@@ -25,15 +25,17 @@ impl Lookup {
         exact: Option<&Exact>,
     ) -> Result<Self, Error> {
         let common = Self::common(b, view, receivers);
-        let bindings =
-            [&common[..6], &[Binding::StorageImage(&view.mask), common[6], Binding::Storage(&view.tile_lights)]];
+        let (tile_lights, ranges) = (Binding::Storage(&view.tile_lights), Binding::Storage(&b.ranges));
+        let bindings = [&common[..6], &[Binding::StorageImage(&view.mask), common[6], tile_lights, ranges]].concat();
         // without rays these are not touched, but every binding must be filled
         let rays = exact.map_or([&view.nothing; 3], |e| [&e.count, &e.items, &e.rays]).map(Binding::Storage);
-        let bindings = [&bindings.concat()[..], &rays].concat();
-        let capacity = exact.map_or(0, |exact| exact.capacity);
+        let bindings = [&bindings[..], &rays].concat();
+        let [filter, taps] = config.filter.words();
+        let [traces, capacity] = exact.map_or([0; 2], |exact| [1, exact.capacity]);
         let pass = |sun| {
-            let exact = u32::from(exact.is_some());
-            let constants = [config.table_size(), config.gutter, config.mask_bits, sun, exact, capacity];
+            let [blend, ranged] = [config.level_blend, config.filter.ranged()].map(u32::from);
+            let (table, bits) = (config.table_size(), config.mask_bits);
+            let constants = [table, config.gutter, bits, sun, filter, taps, blend, ranged, traces, capacity];
             Compute::new(gpu, "lookup", spirv!("engine/lookup.comp"), &bindings, &constants, 0)
         };
         Ok(Self([pass(0)?, pass(1)?]))

@@ -118,9 +118,14 @@ impl Engine {
         let sort = match config.route {
             RequestRoute::Flags => None,
             RequestRoute::Sort => {
-                // room for a key for each of a workgroup's 64 pixels
+                // room for each key that a workgroup's 64 pixels may ask for
                 let groups = config.size[0].div_ceil(8) * config.size[1].div_ceil(8);
-                Some(sort::Sort::new(gpu, &b.counters, &b.arguments, 64 * groups * views.len() as u32)?)
+                Some(sort::Sort::new(
+                    gpu,
+                    &b.counters,
+                    &b.arguments,
+                    64 * groups * views.len() as u32 * (1 + u32::from(config.level_blend)),
+                )?)
             }
         };
         let compact = sort.as_ref().map(|sort| compact::Compact::new(gpu, &b, sort)).transpose()?;

@@ -59,7 +59,7 @@ impl Request {
             Binding::Storage(&b.arguments),
         ];
         let request = |sun: u32| {
-            let constants = [constants[0], constants[1], constants[2], sun];
+            let constants = [constants[0], constants[1], constants[2], sun, u32::from(config.level_blend)];
             let push = size_of::<RequestPush>();
             Compute::new(gpu, "request", spirv!("engine/request.comp"), &bindings, &constants, push)
         };

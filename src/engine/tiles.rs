@@ -1,10 +1,11 @@
 //! Draws the casters of every page into its layer of the atlas: a clear of the pages that are drawn, then one indirect
-//! draw for opaque and one for alpha-tested casters.
-//! Reads: draw commands, pairs, pages. Writes: atlas. No capacity of its own.
+//! draw for opaque and one for alpha-tested casters. For large filters, the depth
+//! range of every layer drawn.
+//! Reads: draw commands, pairs, pages. Writes: atlas, depth ranges. No capacity of its own.
 
 use super::buffers::{Buffers, arguments};
 use crate::gpu::structs::COMMAND_BYTES;
-use crate::gpu::{Binding, Gpu, Graphics, GraphicsState, Shaders, set_area, spirv};
+use crate::gpu::{Binding, Compute, Gpu, Graphics, GraphicsState, Shaders, set_area, spirv};
 use crate::host::SceneBuffers;
 use crate::{Config, Cull, Error};
 use ash::vk;
@@ -15,6 +16,8 @@ pub(crate) struct Tiles {
     clear: Graphics,
     opaque: Graphics,
     masked: Graphics,
+    /// Where the lookup asks for them.
+    ranges: Option<Compute>,
     scene: SceneBuffers,
     cull: Cull,
     pair_capacity: u32,
@@ -64,6 +67,16 @@ impl Tiles {
                 &bindings,
                 &state(true),
             )?,
+            ranges: config
+                .filter
+                .ranged()
+                .then(|| {
+                    let words = spirv!("engine/tiles_ranges.comp");
+                    let bindings =
+                        [Binding::Sampled(&b.atlas), Binding::Storage(&b.cleared), Binding::Storage(&b.ranges)];
+                    Compute::new(gpu, "tiles_ranges", words, &bindings, &constants[..1], 0)
+                })
+                .transpose()?,
             scene: *scene,
             cull: config.cull,
             pair_capacity: config.pair_capacity,
@@ -103,6 +116,14 @@ impl Tiles {
         }
         // SAFETY: rendering was begun above
         unsafe { device.cmd_end_rendering(cmd) };
+    }
+
+    /// Depth ranges of what was drawn; whether there is anything to wait for.
+    pub(crate) fn record_ranges(&self, cmd: vk::CommandBuffer, b: &Buffers) -> bool {
+        if let Some(ranges) = &self.ranges {
+            ranges.dispatch_indirect(cmd, &(), &b.arguments, 4 * u64::from(arguments::RANGES));
+        }
+        self.ranges.is_some()
     }
 
     fn draw(&self, cmd: vk::CommandBuffer, b: &Buffers, masked: bool) {

@@ -2,14 +2,14 @@
 //! slice has a map of its own. Slices and maps are fitted to the visible samples (Lauritzen et al. 2011) or to the frustum.
 
 use super::map::{self, Given, Map, Screen, Shape};
-use super::map_fit::{across, frustum_in_box, least_area};
+use super::map_fit::{across, frustum_in_box};
 use super::{FrameTimes, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
-use crate::Cull;
 use crate::engine::constants::light_axes;
 use crate::gpu::structs::{Fit, Slices};
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Compute, spirv};
 use crate::lab::{Lab, LabError};
+use crate::{Cull, Filter};
 use ash::vk;
 use bytemuck::Zeroable;
 
@@ -30,6 +30,8 @@ const PARAMETERS: &[Parameter] = &[
     },
     super::DEPTH_BIAS,
     super::CULL,
+    super::FILTER[0],
+    super::FILTER[1],
 ];
 
 pub(super) const INFO: MethodInfo = MethodInfo {
@@ -46,6 +48,7 @@ struct Settings {
     to_samples: bool,
     bias_texels: f32,
     cull: Cull,
+    filter: Filter,
 }
 
 fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
@@ -53,13 +56,15 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
     let to_samples = spec.one_of("fit", "samples", &["frustum", "samples"])? == "samples";
     // logarithmic splits waste maps on an empty range behind the near plane (book, 4.3.1); samples leave no such range
     let lambda = if to_samples { 1.0 } else { 0.75 };
+    let filter = super::filter(spec)?;
     Ok(Settings {
         cascades: spec.u32_in("cascades", 4, 1..=8)?,
         resolution: spec.u32_in("resolution", 2048, 64..=8192)?,
         lambda: spec.f32_in("lambda", lambda, 0.0..=1.0)?,
         to_samples,
-        bias_texels: super::depth_bias(spec)?,
+        bias_texels: super::depth_bias(spec)? * filter.bias(),
         cull: super::cull(spec)?,
+        filter,
     })
 }
 
@@ -81,7 +86,12 @@ impl Csm {
         let settings = settings(spec)?;
         let gpu = lab.gpu();
         let screen = Screen::new(lab)?;
-        let shape = Shape { side: settings.resolution, layers: settings.cascades, cull: settings.cull };
+        let shape = Shape {
+            side: settings.resolution,
+            layers: settings.cascades,
+            cull: settings.cull,
+            filter: settings.filter,
+        };
         let map = Map::new(spec, lab, &screen, &lab.view().lights[0], shape)?;
         let (frame, slices) = (Binding::Uniform(&screen.frame), Binding::Storage(&map.slices));
         let depth = Binding::SampledView(lab.prepass().receivers().depth);
@@ -125,7 +135,7 @@ impl Csm {
         let axes = light_axes(map_light::direction(&view.lights[0]))?;
         let fits = slices.splits[..=cascades].windows(2).map(|split| {
             let points = clipped([split[0].into(), split[1].into()]);
-            least_area(&across(&points, eye, axes), self.settings.resolution.into())
+            self.map[0].shape().fit(&across(&points, eye, axes))
         });
         Ok((fits.collect(), slices))
     }

@@ -1,6 +1,6 @@
 //! What the methods that draw fitted maps share: the layers of one light's map with their passes, and a frame of them.
 
-use super::map_fit::ANGLES;
+use super::map_fit::{ANGLES, least_area};
 use super::map_light::Kind;
 use super::{MethodSpec, Statistics, map_light};
 use crate::engine::gradient::Gradient;
@@ -10,8 +10,9 @@ use crate::gpu::{
     Binding, Buffer, Compute, Gpu, Graphics, GraphicsState, Image, ImageSpec, Memory, Shaders, Timer, set_area, spirv,
 };
 use crate::lab::{Lab, LabError};
-use crate::{Cull, Light};
+use crate::{Cull, Filter, Light};
 use ash::vk;
+use glam::DVec2;
 use std::sync::Arc;
 
 /// What the maps of all lights share: camera constants and the receivers' planes.
@@ -54,6 +55,20 @@ pub(super) struct Shape {
     pub(super) side: u32,
     pub(super) layers: u32,
     pub(super) cull: Cull,
+    pub(super) filter: Filter,
+}
+
+impl Shape {
+    /// The fit of a layer to what it must hold.
+    pub(super) fn fit(&self, points: &[DVec2]) -> Fit {
+        least_area(points, self.side.into(), self.border().into())
+    }
+
+    /// Texels around the samples that a layer holds too.
+    fn border(&self) -> u32 {
+        // rounding keeps every sample inside
+        if self.filter == Filter::Hard { 1 } else { 1 + self.filter.reach() }
+    }
 }
 
 /// What the CPU gives for a frame of one light.
@@ -93,7 +108,7 @@ impl Map {
         let kind = map_light::kind(light);
         let position = u32::from(kind != Kind::Parallel);
         let gpu = lab.gpu();
-        let Shape { side, layers, cull } = shape;
+        let Shape { side, layers, cull, filter } = shape;
         let largest = gpu.limits.max_image_dimension2_d.min(gpu.limits.max_framebuffer_width);
         if side > largest {
             return Err(LabError::Refused(format!("'{spec}': resolution is {side}, this device allows {largest}")));
@@ -138,18 +153,24 @@ impl Map {
             let state = GraphicsState { depth_compare, ..GraphicsState::casters(tested) };
             Graphics::new(gpu, name, &shaders, if tested { &draw } else { &draw[..3] }, &state)
         };
-        let compute = |name, spirv: &[u8], own: &[Binding<'_>]| {
-            Compute::new(gpu, name, spirv, &[&samples[..], own].concat(), &[layers, position], 0)
+        let [kind_of_filter, taps] = filter.words();
+        let compute = |name, spirv: &[u8], own: &[Binding<'_>], constants: &[u32]| {
+            Compute::new(gpu, name, spirv, &[&samples[..], own].concat(), constants, 0)
         };
         Ok(Self {
-            measure: compute("map_bounds", spirv!("methods/map_bounds.comp"), &[Binding::Storage(&bounds)])?,
+            measure: compute(
+                "map_bounds",
+                spirv!("methods/map_bounds.comp"),
+                &[Binding::Storage(&bounds)],
+                &[layers, position],
+            )?,
             choose: Compute::new(
                 gpu,
                 "map_fit",
                 spirv!("methods/map_fit.comp"),
                 &[Binding::Storage(&bounds), draw[1]],
                 &[],
-                4,
+                8,
             )?,
             draws: (0..layers)
                 .map(|l| Ok([pipeline(l, false)?, pipeline(l, true)?]))
@@ -158,6 +179,7 @@ impl Map {
                 "map_lookup",
                 spirv!("methods/map_lookup.comp"),
                 &[draw[1], Binding::Sampled(&image), Binding::StorageImage(&visibility)],
+                &[layers, position, kind_of_filter, taps],
             )?,
             shape,
             kind,
@@ -279,7 +301,9 @@ pub(super) fn record(
         slice(cmd);
         fitted().for_each(|map| map.measure.dispatch(cmd, &(), screen.columns()));
         sync::barrier(device, cmd, &[(ComputeWrite, ComputeRead)]);
-        fitted().for_each(|map| map.choose.dispatch(cmd, &(map.shape.side as f32), [map.shape.layers, 1, 1]));
+        fitted().for_each(|map| {
+            map.choose.dispatch(cmd, &[map.shape.side, map.shape.border()].map(|v| v as f32), [map.shape.layers, 1, 1])
+        });
         sync::barrier(device, cmd, &[(ComputeWrite, ComputeRead), (ComputeWrite, GraphicsRead)]);
         timer.mark(cmd, "fit");
     }

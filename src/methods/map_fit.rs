@@ -74,9 +74,9 @@ pub(super) fn across(points: &[DVec3], eye: DVec3, [x, y, _]: [DVec3; 3]) -> Vec
     points.iter().map(|p| DVec2::new((*p - eye).dot(x), (*p - eye).dot(y))).collect()
 }
 
-/// The rectangle of least area among [`ANGLES`] rotations that holds all points, with a texel of border; none without a
+/// The rectangle of least area among [`ANGLES`] rotations that holds all points, with a border in texels; none without a
 /// point.
-pub(super) fn least_area(points: &[DVec2], resolution: f64) -> Fit {
+pub(super) fn least_area(points: &[DVec2], resolution: f64, border: f64) -> Fit {
     if points.is_empty() {
         return Fit { row_u: [0.0, 0.0, 2.0, 0.0], row_v: [0.0, 0.0, 2.0, 0.0], texel: [0.0; 4] };
     }
@@ -85,7 +85,7 @@ pub(super) fn least_area(points: &[DVec2], resolution: f64) -> Fit {
         let (sin, cos) = (f64::from(a) * std::f64::consts::FRAC_PI_2 / f64::from(ANGLES)).sin_cos();
         let turned = points.iter().map(|p| DVec2::new(cos * p.x + sin * p.y, cos * p.y - sin * p.x));
         let (low, high) = turned.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
-        let size = ((high - low) * (resolution / (resolution - 2.0))).max(DVec2::splat(1e-9));
+        let size = ((high - low) * (resolution / (resolution - 2.0 * border))).max(DVec2::splat(1e-9));
         let low = 0.5 * (low + high) - 0.5 * size;
         if size.x * size.y < best.0 {
             let row =

@@ -13,7 +13,7 @@ mod uniform;
 pub use spec::MethodSpec;
 
 use crate::lab::{Lab, LabError};
-use crate::{Cull, Light};
+use crate::{Cull, Filter, Light};
 
 /// One key of a method.
 #[derive(Debug, Clone, Copy)]
@@ -181,11 +181,32 @@ const DEPTH_BIAS: Parameter = Parameter {
     key: "depth_bias",
     default: "1",
     allowed: "0 to 16",
-    meaning: "depth bias beyond the receiver plane's, in texels plus a quarter of their slope",
+    meaning: "depth bias beyond the receiver plane's, in texels plus a quarter of their slope, times half a filter's taps",
 };
 
 fn depth_bias(spec: &MethodSpec) -> Result<f32, LabError> {
     spec.f32_in(DEPTH_BIAS.key, 1.0, 0.0..=16.0)
+}
+
+/// The keys of [`filter`].
+const FILTER: [Parameter; 2] = [
+    Parameter {
+        key: "filter",
+        default: "hard",
+        allowed: "hard, pcf, poisson or bilinear",
+        meaning: "hard shadows, or kernels: nearest texels, points of a disc, or bilinear lookups",
+    },
+    Parameter { key: "taps", default: "4", allowed: "2 to 9", meaning: "texels along a side of the filter's kernel" },
+];
+
+fn filter(spec: &MethodSpec) -> Result<Filter, LabError> {
+    let taps = spec.u32_in("taps", 4, 2..=9)?;
+    Ok(match spec.one_of("filter", "hard", &["hard", "pcf", "poisson", "bilinear"])? {
+        "pcf" => Filter::Pcf { taps },
+        "poisson" => Filter::Poisson { taps },
+        "bilinear" => Filter::Bilinear { taps },
+        _ => Filter::Hard,
+    })
 }
 
 /// The key `cull` of the map methods.

@@ -7,7 +7,7 @@ use crate::engine::constants::ROOT_LEVEL;
 use crate::engine::{Engine, LightId};
 use crate::gpu::sync::Access;
 use crate::lab::{Lab, LabError};
-use crate::{Config, Error, LevelRule, Pressure, RequestRoute};
+use crate::{Config, Error, Filter, LevelRule, Pressure, RequestRoute};
 
 const PARAMETERS: &[Parameter] = &[
     Parameter {
@@ -25,7 +25,12 @@ const PARAMETERS: &[Parameter] = &[
     Parameter { key: "level", default: "min_length", allowed: "area or min_length", meaning: "level rule" },
     Parameter { key: "requests", default: "flags", allowed: "sort or flags", meaning: "route from pixels to pages" },
     Parameter { key: "page", default: "128", allowed: "64, 128, 256 or 512", meaning: "side of a page in texels" },
-    Parameter { key: "gutter", default: "1", allowed: "1 to 8", meaning: "border of a page in texels" },
+    Parameter {
+        key: "gutter",
+        default: "auto",
+        allowed: "auto or 1 to 8",
+        meaning: "border of a page in texels; auto: what the filter needs",
+    },
     Parameter {
         key: "virtual",
         default: "21",
@@ -40,6 +45,14 @@ const PARAMETERS: &[Parameter] = &[
     },
     super::DEPTH_BIAS,
     super::CULL,
+    super::FILTER[0],
+    super::FILTER[1],
+    Parameter {
+        key: "blend",
+        default: "false",
+        allowed: "true or false",
+        meaning: "whether filtered shadows change smoothly from level to level",
+    },
     Parameter {
         key: "pressure",
         default: "demand",
@@ -123,7 +136,9 @@ pub(super) fn config(spec: &MethodSpec, size: [u32; 2]) -> Result<Config, LabErr
         _ => RequestRoute::Flags,
     };
     config.page_texels = spec.one_of("page", "128", &["64", "128", "256", "512"])?.parse().unwrap_or(128);
-    config.gutter = spec.u32_in("gutter", config.gutter, 1..=8)?;
+    config.filter = super::filter(spec)?;
+    config.level_blend = spec.one_of("blend", "false", &["true", "false"])? == "true";
+    config.gutter = if is_auto(spec, "gutter") { config.filter.reach() } else { spec.u32_in("gutter", 1, 1..=8)? };
     config.exact = spec.one_of("exact", "false", &["true", "false"])? == "true";
     config.virtual_bits = spec.u32_in("virtual", config.virtual_bits, 15..=21)?;
     config.bias_texels = spec.f32_in("depth_bias", config.bias_texels, 0.0..=16.0)?;
@@ -138,7 +153,7 @@ pub(super) fn config(spec: &MethodSpec, size: [u32; 2]) -> Result<Config, LabErr
     config.spare_percent = spec.u32_in("spare", config.spare_percent, 0..=50)?;
     config.pages_per_frame = spec.u32_in("pages", config.pages_per_frame, 16..=4096)?;
     config.sun_pages_per_frame = spec.u32_in("sun_pages", config.sun_pages_per_frame, 16..=4096)?;
-    if !pairs_are_auto(spec) {
+    if !is_auto(spec, "pairs") {
         config.pair_capacity = spec.u32_in("pairs", config.pair_capacity, 1024..=1 << 21)?;
     }
     config.cache = spec.one_of("cache", "on", &["on", "off"])? == "on";
@@ -151,9 +166,9 @@ pub(super) fn config(spec: &MethodSpec, size: [u32; 2]) -> Result<Config, LabErr
 /// Lights up to which the mask holds floats.
 const FLOAT_MASKS: usize = 4;
 
-/// Whether the budget of pairs follows the scene.
-fn pairs_are_auto(spec: &MethodSpec) -> bool {
-    spec.parameters.iter().rfind(|(key, _)| key == "pairs").is_none_or(|(_, value)| value == "auto")
+/// Whether a key that may be `auto` is.
+fn is_auto(spec: &MethodSpec, key: &str) -> bool {
+    spec.value(key).is_none_or(|value| value == "auto")
 }
 
 pub(super) struct Rmsm {
@@ -167,13 +182,20 @@ impl Rmsm {
         if lab.device_is_cpu() {
             config.cull_group = 16;
         }
-        if pairs_are_auto(spec) {
+        if is_auto(spec, "pairs") {
             config.pair_capacity = config.pair_capacity.max(Config::least_pairs(lab.scene_buffers().caster_count));
         }
         let lights = &lab.view().lights;
         config.lights = lights.len() as u32;
         // hard shadows are bits; a few lights are given as floats, which take no unpacking
-        config.mask_bits = if lights.len() <= FLOAT_MASKS { 32 } else { 1 };
+        let few = lights.len() <= FLOAT_MASKS;
+        config.mask_bits = if few {
+            32
+        } else if config.filter == Filter::Hard {
+            1
+        } else {
+            8
+        };
         let mut engine = Engine::on(lab.gpu(), &config, lab.scene_buffers(), &[lab.prepass().receivers()])
             .map_err(|error| as_typed(error, spec))?;
         let lights = lights.iter().map(|light| engine.add_light(light)).collect::<Result<_, _>>()?;
@@ -187,6 +209,12 @@ fn as_typed(error: Error, spec: &MethodSpec) -> LabError {
         Error::Limit { field: "atlas_bytes", given, limit } => LabError::Usage(format!(
             "keys 'atlas_mib' and 'page' of '{spec}' make an atlas of {given} bytes, this device allows {limit}"
         )),
+        Error::Limit { field: "gutter", given, limit } => {
+            LabError::Usage(format!("key 'gutter' of '{spec}' is {given}, allowed is {limit}"))
+        }
+        Error::Limit { field: "level_blend", .. } => {
+            LabError::Usage(format!("key 'blend' of '{spec}' is true, allowed is false where filter is hard"))
+        }
         Error::Limit { field: "pair_capacity", given, limit } => {
             LabError::Usage(format!("key 'pairs' of '{spec}' is {given}, this scene needs {limit}"))
         }

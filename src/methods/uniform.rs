@@ -3,12 +3,12 @@
 //! light and a spot light beyond 60 degrees from its axis have one for each face of a cube.
 
 use super::map::{self, Given, Map, Screen, Shape};
-use super::map_fit::{across, box_corners, frustum_in_box, least_area};
+use super::map_fit::{across, box_corners, frustum_in_box};
 use super::{FrameTimes, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
 use crate::engine::constants::light_axes;
 use crate::gpu::structs::{Fit, Slices};
 use crate::lab::{Lab, LabError};
-use crate::{Cull, Light};
+use crate::{Cull, Filter, Light};
 use bytemuck::Zeroable;
 use glam::{DVec2, DVec3};
 
@@ -27,6 +27,8 @@ const PARAMETERS: &[Parameter] = &[
     },
     super::DEPTH_BIAS,
     super::CULL,
+    super::FILTER[0],
+    super::FILTER[1],
 ];
 
 pub(super) const INFO: MethodInfo = MethodInfo {
@@ -48,10 +50,12 @@ struct Settings {
     fit: FitTo,
     bias_texels: f32,
     cull: Cull,
+    filter: Filter,
 }
 
 fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
     spec.known(PARAMETERS)?;
+    let filter = super::filter(spec)?;
     Ok(Settings {
         resolution: spec.u32_in("resolution", 4096, 64..=16384)?,
         fit: match spec.one_of("fit", "samples", &["scene", "frustum", "samples"])? {
@@ -59,8 +63,9 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
             "frustum" => FitTo::Frustum,
             _ => FitTo::Samples,
         },
-        bias_texels: super::depth_bias(spec)?,
+        bias_texels: super::depth_bias(spec)? * filter.bias(),
         cull: super::cull(spec)?,
+        filter,
     })
 }
 
@@ -88,7 +93,7 @@ impl Uniform {
         let shape = |light| {
             let layers = map_light::layers(light);
             let side = (f64::from(settings.resolution) / f64::from(layers).sqrt()) as u32;
-            Shape { side, layers, cull: settings.cull }
+            Shape { side, layers, cull: settings.cull, filter: settings.filter }
         };
         let maps = lights.iter().map(|l| Map::new(spec, lab, &screen, l, shape(l))).collect::<Result<_, _>>()?;
         Ok(Self { settings, screen, maps })
@@ -103,7 +108,7 @@ impl Uniform {
                 across(&self.parallel_points(lab), eye, light_axes(map_light::direction(light))?)
             }
         };
-        Ok(vec![least_area(&points, f64::from(map.shape().side)); map.shape().layers as usize])
+        Ok(vec![map.shape().fit(&points); map.shape().layers as usize])
     }
 
     /// Corners of what a parallel light's map covers, relative to the scene's origin.

@@ -3,6 +3,7 @@
 
 use super::alpha::alpha_at;
 use super::bvh::Bvh;
+use crate::host::CastPolicy;
 use crate::scene::{Instance, Material, Mesh, NO_TEXTURE, Scene};
 use glam::{DMat3, DVec3};
 use obvhs::aabb::Aabb;
@@ -78,7 +79,7 @@ impl Tracer {
             let first = mesh.first_instance as usize;
             let instances = &scene.instances[first..first + mesh.instance_count as usize];
             let mut shared = None;
-            for instance in instances {
+            for instance in instances.iter().filter(|i| i.flags & 3 != CastPolicy::Never as u32) {
                 let (linear, translation) = affine(instance);
                 let inverse = linear.inverse();
                 if !share || instances.len() == 1 || !inverse.is_finite() {

@@ -174,6 +174,31 @@ pub fn room(size: [u32; 2]) -> (Scene, View) {
     (b.finish(), view([3.6, 2.6, 3.5], [-1.0, 0.8, -1.2], [0.3, -1.0, -0.4], size))
 }
 
+/// A floor in the plane y = 0 and a sheet above it whose one edge runs from [`SHEET_EDGE`]'s first point to its second.
+pub fn sheet_over_floor(size: [u32; 2]) -> (Scene, View) {
+    let mut b = Builder::new("sheet");
+    b.add(OPAQUE, &plane(6.0));
+    let [from, to] = SHEET_EDGE.map(DVec3::from);
+    b.add(OPAQUE, &sheet(8, |u, v| (from + v * (to - from)) - DVec3::X * (12.0 * u)));
+    (b.finish(), view([4.0, 3.2, 4.5], [0.4, 0.0, 0.0], [0.25, -1.0, 0.2], size))
+}
+
+/// Ends of the sheet's edge.
+pub const SHEET_EDGE: [[f64; 3]; 2] = [[-0.9, 1.5, -10.0], [0.7, 1.5, 10.0]];
+
+/// A plane that rises by `slope` along x + z / 2, and nothing else.
+pub fn slope(size: [u32; 2], slope: f64) -> (Scene, View) {
+    let mut b = Builder::new("slope");
+    b.add(
+        OPAQUE,
+        &sheet(12, |u, v| {
+            let (x, z) = (8.0 * u - 4.0, 8.0 * v - 4.0);
+            DVec3::new(x, slope * (x + 0.5 * z), z)
+        }),
+    );
+    (b.finish(), view([1.0, 8.0, 7.0], [0.0, 0.0, 0.0], [0.25, -1.0, 0.2], size))
+}
+
 pub fn thin_poles(size: [u32; 2]) -> (Scene, View) {
     let mut b = Builder::new("poles");
     b.add(OPAQUE, &plane(6.0));
