@@ -116,8 +116,9 @@ pub struct Config {
     /// Finest level that pixels may ask for, relative to one texel a pixel: -1 is half a pixel. -8 to 8.
     /// Pages this fine are drawn where the atlas has room; coarser ones serve elsewhere.
     pub level_bias: f32,
-    /// Texels of the virtual map along a side, as a power of two: 15 to 21. What pixels ask for beyond it is served by the
-    /// finest level.
+    /// Texels of the virtual map along a side, as a power of two: 15 to 30. What pixels ask for beyond it is served by the
+    /// finest level. Beyond 21, stored depths are coarser than texels: in worlds of kilometres casters that rise less than
+    /// 1e-6 of the casters' bounds above a surface are lost without [`Config::exact`].
     pub virtual_bits: u32,
     /// Most lights at a time, 1 to 1365.
     pub lights: u32,
@@ -151,7 +152,7 @@ pub struct Config {
     /// pages with many casters be drawn, which cost more than the few fine ones that a moving camera asks for.
     pub sun_pages_per_frame: u32,
     /// Most (cluster, page) pairs drawn in a frame, 1024 to 2097152; beyond it coarser pages serve. At least
-    /// [`Config::least_pairs`]. 32 bytes a pair, twice.
+    /// [`Config::least_pairs`]. 44 bytes a pair, twice.
     pub pair_capacity: u32,
     /// What drawing a page costs beside its pairs, as a number of pairs: the constant part of the cost by which pages are
     /// served. 0 to 1024.
@@ -224,7 +225,7 @@ impl Config {
 
     /// The level at which the whole face would have 2^`virtual_bits` texels a side, gutters included.
     pub(crate) fn finest_level(&self) -> i32 {
-        crate::engine::constants::ROOT_LEVEL + self.page_texels.ilog2() as i32 - self.virtual_bits as i32
+        (crate::engine::constants::ROOT_LEVEL + self.page_texels.ilog2() as i32 - self.virtual_bits as i32).max(0)
     }
 
     /// Layers of the mask: 32-bit words a pixel.
@@ -303,7 +304,7 @@ impl Config {
                 u64::from(max_layers) * page_bytes
             ),
         )?;
-        limit((15..=21).contains(&self.virtual_bits), "virtual_bits", self.virtual_bits, "15 to 21".into())?;
+        limit((15..=30).contains(&self.virtual_bits), "virtual_bits", self.virtual_bits, "15 to 30".into())?;
         limit((1..=MAX_LIGHTS).contains(&self.lights), "lights", self.lights, format!("1 to {MAX_LIGHTS}"))?;
         let sorted = self.route == RequestRoute::Flags || self.lights <= 16;
         limit(sorted, "lights", self.lights, "at most 16 with the sort route".into())?;

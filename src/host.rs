@@ -21,7 +21,8 @@ pub struct SceneBuffers {
     /// absolute indices, then a word a triangle with three 10-bit positions in that list.
     pub meshlets: vk::Buffer,
     /// `Instance` structs. A host may change them between frames, and raises `revision` where the casters changed otherwise
-    /// than by matrix, mesh, material or flags. Another mesh must not have more clusters than the first.
+    /// than by matrix, mesh, material or flags. Another mesh must not have more clusters than the first. In worlds of
+    /// kilometres `low` holds what single precision leaves of the translation; zero is allowed.
     pub instances: vk::Buffer,
     /// Number of instances. Room for more is kept by instances of policy [`CastPolicy::Never`].
     pub instance_count: u32,

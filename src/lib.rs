@@ -24,7 +24,10 @@
 //!
 //! # Spaces and units
 //!
-//! World space is right-handed; positions on the GPU are relative to the scene's origin or to the eye. Light space has
+//! World space is right-handed; positions on the GPU are relative to the scene's origin or to the eye. Coordinates from
+//! the origin come in two single-precision parts (a matrix and `low`, the rest of its translation), so the origin may lie
+//! kilometres from the camera; what is farther from the world's own zero gets an origin nearby
+//! ([`host::FrameInput::origin`]). Light space has
 //! its x and y axes across the light and z along its travel. Level 0 is the finest; a page of level l covers twice the
 //! length of one of level l - 1. Image row 0 is the top, pixel centres lie at +0.5, depth is reversed.
 

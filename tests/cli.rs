@@ -324,11 +324,10 @@ fn several_lights_are_rendered_and_measured_each_and_together() {
     place.bad("render --view three.json --method csm --out d", 1, &["'csm'", "3"]);
 }
 
-/// A ground of 10 km, a tower 250 m high that ends at z = 3050, and an eye 2 cm above the ground, 2 km from the tower in
-/// its shadow's side edge. The sun shines along x, 1 down in 10.
-#[test]
-fn truth_two_centimetres_above_ten_kilometres() {
-    let place = Place::new("huge");
+/// Writes a scene and a view: a ground of 10 km, a tower 250 m high that ends at z = 3050, `more` boxes (node transforms of
+/// one that spans -1 to 1 in x and z and 0 to 1 in y), and an eye 2 cm above the ground, 2 km from the tower in its shadow's
+/// side edge. The sun shines along x, 1 down in 10.
+fn write_huge(place: &Place, more: &[Value]) {
     let corner = |i: usize, y: f32| [if i & 1 == 0 { -1.0 } else { 1.0 }, y, if i & 2 == 0 { -1.0 } else { 1.0f32 }];
     let ring = [[0, 1, 5, 0, 5, 4], [1, 3, 7, 1, 7, 5], [3, 2, 6, 3, 6, 7], [2, 0, 4, 2, 4, 6], [4, 5, 7, 4, 7, 6]];
     let sides = ring.as_flattened().iter().map(|&i| corner(i & 3, if i & 4 == 0 { 0.0 } else { 1.0 }));
@@ -339,11 +338,15 @@ fn truth_two_centimetres_above_ten_kilometres() {
         serde_json::json!({ "bufferView": 0, "byteOffset": 12 * first, "componentType": 5126, "count": count,
             "type": "VEC3", "min": [-1, 0, -1], "max": [1, 1, 1] })
     };
+    let mut nodes = vec![
+        serde_json::json!({ "mesh": 0, "scale": [5000, 1, 5000] }),
+        serde_json::json!({ "mesh": 1, "scale": [10, 250, 50], "translation": [-1700, 0, 3000] }),
+    ];
+    nodes.extend_from_slice(more);
     let gltf = serde_json::json!({
         "asset": { "version": "2.0" },
-        "scenes": [{ "nodes": [0, 1] }],
-        "nodes": [{ "mesh": 0, "scale": [5000, 1, 5000] },
-                  { "mesh": 1, "scale": [10, 250, 50], "translation": [-1700, 0, 3000] }],
+        "scenes": [{ "nodes": (0..nodes.len()).collect::<Vec<_>>() }],
+        "nodes": nodes,
         "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 } }] },
                    { "primitives": [{ "attributes": { "POSITION": 1 } }] }],
         "accessors": [accessor(0, 6), accessor(6, 30)],
@@ -357,6 +360,12 @@ fn truth_two_centimetres_above_ten_kilometres() {
                    {"type": "point", "position": [300.3, 0.05, 3050], "range": 0.3}], "size": [160, 90]
     }"#;
     fs::write(place.0.join("v.json"), view).unwrap();
+}
+
+#[test]
+fn truth_two_centimetres_above_ten_kilometres() {
+    let place = Place::new("huge");
+    write_huge(&place, &[]);
     place.good("render huge.gltf --view v.json --method raytraced --truth --frames 1 --out a");
     let (visibility, gbuffer) = (place.exr("a/visibility.exr"), place.exr("a/gbuffer.exr"));
     let [sun, lamp] = ["V.0", "V.1"].map(|name| visibility.channel(name).unwrap());
@@ -377,6 +386,45 @@ fn truth_two_centimetres_above_ten_kilometres() {
     assert!(lit > 500 && dark > 500, "{lit} lit, {dark} dark");
     let stats = place.json("a/stats.json");
     assert!(number(&stats, "/truth/lights/0/decided_pixels") > f64::from(lit + dark) * 0.95);
+}
+
+/// Blades of grass, less than a millimetre wide, stand before the eye.
+#[test]
+fn exact_two_centimetres_above_ten_kilometres() {
+    let place = Place::new("grass");
+    let share = |i: u32, by: f64| (f64::from(i) * by).fract();
+    let blade = |i: u32| {
+        let [height, x, z] = [0.618_034, 0.754_878, 0.569_840].map(|by| share(i, by));
+        serde_json::json!({ "mesh": 1, "scale": [0.0002, 0.002 + 0.01 * height, 0.0004],
+            "translation": [300.25 + 0.15 * x, 0, 3049.95 + 0.08 * z] })
+    };
+    write_huge(&place, &(0..40).map(blade).collect::<Vec<_>>());
+    place.good("compare huge.gltf --view v.json --methods rmsm:exact=true,raytraced:turned=true --rounds 1 --out a");
+    let rows = &place.json("a/compare.json")["rows"];
+    let share = |row: usize, metric: &str| number(&rows[row], &format!("/{metric}"));
+    assert_eq!(share(0, "off_edge"), 0.0, "{}", rows[0]);
+    assert!(share(0, "mismatch") < share(1, "mismatch") + 0.02, "the floor is {}: {}", share(1, "mismatch"), rows[0]);
+    assert!(number(&rows[0], "/edge_pixels") > 500.0, "{}", rows[0]);
+}
+
+/// The tower's side edge and its top edge cast their shadows from 2 km, under suns that no axis of the world is parallel to.
+#[test]
+fn fine_pages_two_centimetres_above_ten_kilometres() {
+    let place = Place::new("fine");
+    write_huge(&place, &[]);
+    let side = 3050.0 + 1990.3 * 0.001_13;
+    for (z, direction) in [(side, [10.0, -1.0, 0.0113]), (3040.0, [1990.3, -250.0, 0.37])] {
+        let mut view = place.json("v.json");
+        view["camera"]["eye"] = serde_json::json!([300.25, 0.015, z + 0.02]);
+        view["camera"]["target"] = serde_json::json!([300.35, 0, z]);
+        view["lights"] = serde_json::json!([{ "type": "directional", "direction": direction }]);
+        fs::write(place.0.join("far.json"), view.to_string()).unwrap();
+        place.good("compare huge.gltf --view far.json --methods rmsm:virtual=30,rmsm --rounds 1 --out a");
+        let rows = &place.json("a/compare.json")["rows"];
+        assert!(number(&rows[0], "/mismatch") < 0.5 && number(&rows[0], "/off_edge") == 0.0, "{}", rows[0]);
+        assert!(number(&rows[0], "/edge_pixels") > 100.0, "{}", rows[0]);
+        assert!(number(&rows[1], "/off_edge") > 2.0, "coarse pages do as well: {}", rows[1]);
+    }
 }
 
 #[test]

@@ -24,12 +24,12 @@ fn engine_structs_are_those_of_the_shaders() {
     assert_layout::<Frame>(
         &all,
         "Frame",
-        fields!(Frame, clip_from_eye ray_corner ray_dx ray_dy eye size lights cache rule sun),
+        fields!(Frame, clip_from_eye ray_corner ray_dx ray_dy eye eye_low size lights cache rule sun),
     );
     assert_layout::<LightRecord>(
         &all,
         "Light",
-        fields!(LightRecord, axis_x axis_y axis_z place eye scale rule eye_page kind),
+        fields!(LightRecord, axis_x axis_y axis_z low_x low_y place place_low eye scale rule eye_page kind),
     );
     assert_layout::<Node>(&all, "Node", fields!(Node, own below cost ranks parent page slot marks child));
     assert_layout::<Page>(
@@ -45,7 +45,7 @@ fn engine_structs_are_those_of_the_shaders() {
             triangles sorted changed dynamics items active_faces starved requested resident refused),
     );
     assert_layout::<Slot>(&all, "Slot", fields!(Slot, axis_x revision axis_z valid key seen used));
-    let tracked = fields!(Tracked, rows center reach material revision flags state since patience mesh pad);
+    let tracked = fields!(Tracked, rows low center reach material revision flags state since patience mesh pad);
     assert_layout::<Tracked>(&all, "Tracked", tracked);
     assert_layout::<MeshBounds>(&all, "MeshBounds", fields!(MeshBounds, center first_cluster extent cluster_count));
 }
@@ -54,7 +54,7 @@ fn engine_structs_are_those_of_the_shaders() {
 fn scene_structs_are_those_of_the_shaders() {
     let all = committed("");
     assert_layout::<Cluster>(&all, "Cluster", fields!(Cluster, center first_index extent triangle_count));
-    assert_layout::<Instance>(&all, "Instance", fields!(Instance, rows material mesh revision flags));
+    assert_layout::<Instance>(&all, "Instance", fields!(Instance, rows low material mesh revision flags));
     assert_layout::<Material>(
         &all,
         "Material",
@@ -86,7 +86,10 @@ fn other_structs_have_their_known_layout() {
     let all = committed("");
     let fields = fields!(Command, index_count instance_count first_index vertex_offset first_instance);
     assert_layout::<Command>(&all, "DrawCommand", fields);
-    assert_eq!(check_layout(&all, "Pair", 12, &[("target", 0), ("instance", 4), ("cluster", 8)]), Ok(()));
+    assert_eq!(
+        check_layout(&all, "Pair", 24, &[("target", 0), ("instance", 4), ("cluster", 8), ("anchor", 12)]),
+        Ok(())
+    );
 }
 
 #[test]

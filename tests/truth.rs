@@ -75,7 +75,8 @@ fn add_mesh(scene: &mut Scene, corners: &[(Vec3, [f32; 2], u8)], material: Mater
         casts: true,
         alpha_tested: material.alpha_cutoff > 0.0,
     });
-    let instance = |rows: &_| Instance { rows: *rows, material: material_index, mesh, revision: 0, flags: 0 };
+    let instance =
+        |rows: &_| Instance { rows: *rows, low: [0.0; 4], material: material_index, mesh, revision: 0, flags: 0 };
     scene.instances.extend(rows.iter().map(instance));
 }
 

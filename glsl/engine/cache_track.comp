@@ -30,7 +30,7 @@ const uint MAX_PATIENCE = 16u;
 const uint SOON = 4u;
 
 bool same(Instance instance, Tracked known) {
-    bool rows = true;
+    bool rows = floatBitsToUint(instance.low.xyz) == floatBitsToUint(known.low.xyz);
     for (uint i = 0u; i < 3u; i++) {
         rows = rows && floatBitsToUint(instance.rows[i]) == floatBitsToUint(known.rows[i]);
     }
@@ -109,6 +109,7 @@ void main() {
         }
     }
     known.rows = instance.rows;
+    known.low = instance.low;
     known.material = instance.material;
     known.mesh = instance.mesh;
     known.revision = instance.revision;

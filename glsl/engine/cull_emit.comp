@@ -28,6 +28,8 @@ layout(std430, binding = 12) readonly buffer Roots { uint roots[]; };
 layout(std430, binding = 13) readonly buffer ActiveFaces { uint active_faces[]; };
 layout(push_constant) uniform Push { uint layer; };
 
+#include "shared/anchor.glsl"
+
 uint instance, cluster, masked;
 
 uint item_count() { return counters.items[layer]; }
@@ -36,7 +38,8 @@ bool visit(uint index, Node node) {
     uint page = node.page - 1u;
     if (node.page != 0u && (pages[page].draws >> layer & 1u) != 0u && pages[page].admitted != 0u) {
         uint at = atomicAdd(pair_cursors[4u * page + 2u * layer + masked], 1u);
-        pairs[masked * PAIR_CAPACITY + at] = Pair(2u * page + layer, instance, cluster);
+        vec3 anchor = page_anchor(lights[key_face(pages[page].key) / FACES], pages[page], instances[instance]);
+        pairs[masked * PAIR_CAPACITY + at] = Pair(2u * page + layer, instance, cluster, float[3](anchor.x, anchor.y, anchor.z));
     }
     return false;
 }

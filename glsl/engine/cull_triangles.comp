@@ -90,15 +90,17 @@ void main() {
     vec4 rows[3] = vec4[3](instance.rows[0], instance.rows[1], instance.rows[2]);
     vec4 ls_rows[3];
     for (int i = 0; i < 4; i++) {
-        vec3 world = vec3(rows[0][i], rows[1][i], rows[2][i]) - (i == 3 ? light.place.xyz : vec3(0.0));
-        vec3 ls = face_axes(perspective ? key_face(page.key) % FACES : 0u, light_axes(light, world));
+        vec3 ls = i == 3 ? vec3(pair.anchor[0], pair.anchor[1], pair.anchor[2]) : light_axes(light, vec3(rows[0][i], rows[1][i], rows[2][i]));
+        ls = face_axes(perspective ? key_face(page.key) % FACES : 0u, ls);
         ls_rows[0][i] = ls.x;
         ls_rows[1][i] = ls.y;
         ls_rows[2][i] = ls.z;
     }
     vec4 row_w = perspective ? ls_rows[2] : vec4(0.0, 0.0, 0.0, 1.0);
-    vec4 row_x = page.scale * (ls_rows[0] - page.origin.x * row_w) + float(GUTTER) * row_w;
-    vec4 row_y = page.scale * (ls_rows[1] - page.origin.y * row_w) + float(GUTTER) * row_w;
+    // the anchor of a directional light is relative to the origin already
+    vec2 origin = perspective ? page.origin : vec2(0.0);
+    vec4 row_x = page.scale * (ls_rows[0] - origin.x * row_w) + float(GUTTER) * row_w;
+    vec4 row_y = page.scale * (ls_rows[1] - origin.y * row_w) + float(GUTTER) * row_w;
     uint vertices = meshlets[pair.cluster] + 1u;
     uint vertex_count = meshlets[vertices - 1u];
     for (uint v = local; v < vertex_count; v += gl_WorkGroupSize.x) {
@@ -110,6 +112,11 @@ void main() {
     }
     barrier();
     float margin = texel_margin(key_level(page.key));
+    if (!perspective) {
+        // sums of the anchor and vectors of the cluster's length, here and in the vertex shader
+        vec3 far = abs(vec3(cluster.center[0], cluster.center[1], cluster.center[2])) + vec3(cluster.extent[0], cluster.extent[1], cluster.extent[2]);
+        margin = 1.0 / 64.0 + 1e-6 * max(dot(abs(row_x), vec4(far, 1.0)), dot(abs(row_y), vec4(far, 1.0)));
+    }
     uint triangles = vertices + vertex_count;
     for (uint t = local; t < cluster.triangle_count; t += gl_WorkGroupSize.x) {
         uint triangle = meshlets[triangles + t];

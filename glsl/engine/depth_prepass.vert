@@ -3,6 +3,8 @@
 #include "shared/frame.glsl"
 #include "shared/structs.glsl"
 
+#include "shared/split.glsl"
+
 layout(std140, binding = 0) uniform FrameBlock { Frame frame; };
 layout(std430, binding = 1) readonly buffer Instances { Instance instances[]; };
 layout(location = 0) in vec3 position;
@@ -15,8 +17,7 @@ layout(location = 3) flat out uint material;
 
 void main() {
     Instance instance = instances[gl_InstanceIndex];
-    vec4 p = vec4(position, 1.0);
-    from_eye = vec3(dot(instance.rows[0], p), dot(instance.rows[1], p), dot(instance.rows[2], p)) - frame.eye.xyz;
+    from_eye = eye_to_instance(frame, instance) + linear(instance, position);
     frag_uv = uv;
     frag_color = color;
     material = instance.material;

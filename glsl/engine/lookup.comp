@@ -30,7 +30,7 @@ layout(std430, binding = 8) readonly buffer TileLights { uint tile_lights[]; };
 layout(std430, binding = 9) readonly buffer Ranges { vec2 ranges[]; };
 layout(std430, binding = 10) buffer RayCount { uint ray_count; };
 layout(std430, binding = 11) writeonly buffer RayItems { uvec2 ray_items[]; };  // x: pixel, 16 bits each; y: slot of the light
-layout(std430, binding = 12) writeonly buffer Rays { vec4 rays[]; };  // origin and t_max, direction
+layout(std430, binding = 12) writeonly buffer Rays { vec4 rays[]; };  // two each: receiver relative to the eye and t_max, direction and packed normal
 
 #include "shared/light_receiver.glsl"
 #include "shared/table.glsl"
@@ -54,7 +54,14 @@ float visibility_of(uint slot, Light light, vec3 from_eye, vec3 n, vec3 dx, vec3
         return 1.0;
     }
     uint entry = umbrage_entry(key_of(r.level, slot * FACES + r.face, uvec2(r.page) >> r.level));
-    int decision = entry != 0u ? map_decides(umbrage_plane(light, r, entry), umbrage_layers(entry)) : MAP_UNDECIDED;
+    int decision = MAP_UNDECIDED;
+    if (entry != 0u) {
+        float footprint = length(from_eye) * frame.ray_dy.w;
+        float texel = r.unit * power_of_two(entry_level(entry)) / frame.rule.x;
+        if (texel <= MOST_PIXELS * footprint) {
+            decision = map_decides(umbrage_plane(light, r, entry), umbrage_layers(entry), SELF * light.rule.y <= footprint);
+        }
+    }
     if (decision != MAP_UNDECIDED) {
         return float(decision);
     }
@@ -62,11 +69,10 @@ float visibility_of(uint slot, Light light, vec3 from_eye, vec3 n, vec3 dx, vec3
     if (index >= RAY_CAPACITY) {
         return umbrage_visibility(slot, light, from_eye, n, dx, dy);
     }
-    vec3 origin = from_eye + n * ray_offset(frame, from_eye);
     bool sun = SUN || light.kind.x == LIGHT_DIRECTIONAL;
     ray_items[index] = uvec2(gl_GlobalInvocationID.x | gl_GlobalInvocationID.y << 16, slot);
-    rays[2u * index] = vec4(frame.eye.xyz + origin, sun ? 1e30 : 1.0);
-    rays[2u * index + 1u] = vec4(sun ? -light.axis_z.xyz : -(origin + light.eye.xyz), 0.0);
+    rays[2u * index] = vec4(from_eye, sun ? 1e30 : 1.0);
+    rays[2u * index + 1u] = vec4(sun ? -light.axis_z.xyz : -(from_eye + light.eye.xyz), uintBitsToFloat(encode_normal(n)));
     return 0.0;
 }
 

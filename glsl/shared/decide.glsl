@@ -7,10 +7,14 @@ const int MAP_UNDECIDED = -1;
 // Share of the depth bias by which a surface that shadows nothing may rise above the receiver's plane.
 const float SELF = 0.25;
 
+// Most pixels across a texel: what a coarser one holds says too little about a pixel.
+const float MOST_PIXELS = 8.0;
+
 // Decided where the nine texels around the receiver agree and leave no doubt: casters above the plane by more than the
-// bias, or none above it by more than a share of that.
-int map_decides(Plane plane, uvec2 layers) {
-    bool lit = true;
+// bias, or none above it by more than a share of that. `fine`: whether the rounding of depths is less than the pixel, so that
+// what is too low to be told from the plane does not matter.
+int map_decides(Plane plane, uvec2 layers, bool fine) {
+    bool lit = fine;
     bool shadowed = true;
     for (int y = -1; y <= 1; y += 2) {
         for (int x = -1; x <= 1; x += 2) {

@@ -7,7 +7,10 @@ struct Light {
     vec4 axis_x;     // light axis in world space; of a light with a place divided by the tangent of its half opening; w: directional: place of the eye inside its level-0 page, otherwise that tangent squared
     vec4 axis_y;     // w: as x
     vec4 axis_z;     // unit axis, direction of travel; w: directional: depth of the farthest caster below the eye
+    vec4 low_x;      // xyz: directional: what single precision left of axis_x
+    vec4 low_y;      // the same of axis_y
     vec4 place;      // relative to the scene's origin; w: range, directional: 0
+    vec4 place_low;  // xyz: what single precision left of the place
     vec4 eye;        // the eye relative to the place; w: cosine of the angle at which a spot ends, -2 without
     vec4 scale;      // x: units per projected length, y: 1 / x, z: directional: stored depth per length, otherwise near plane, w: directional: depth of the farthest caster below the scene's origin
     vec4 rule;       // x: factor on squared footprints, y: rounding of lengths along z, z: directional: units * texels by which the farthest caster moves when an axis turns by 1 rad
@@ -27,6 +30,7 @@ struct Frame {
     vec4 ray_dx;         // its change per pixel to the right; w: far plane
     vec4 ray_dy;         // its change per pixel down; w: derivatives are stored divided by (depth * w)
     vec4 eye;            // relative to the scene's origin
+    vec4 eye_low;        // what single precision left of that
     uvec4 size;          // xy: image size in pixels, z: level rule (0 area, 1 min_length), w: first record of the view's lights
     uvec4 lights;        // x: slots of lights in use, y: whether any of them has a place
     uvec4 cache;         // x: FORGET_PAGES and FORGET_CASTERS, y: number of the frame, z: frames a caster must stand still to be cached, w: cost of a page in pairs

@@ -1,5 +1,6 @@
 // Whether a ray meets a caster: a walk through the tree of glsl/shared/bvh.glsl. The includer defines RAY_BINDING, the first
-// of six bindings, and includes shared/structs.glsl; constants 0 to 12 are taken.
+// of six bindings, and includes shared/structs.glsl, shared/split.glsl and shared/receiver.glsl; constants 0 to 12 are taken.
+// Space is relative to the eye of `frame`, so that nothing near it is rounded more than its distance asks for.
 #include "shared/bvh.glsl"
 layout(constant_id = 11) const uint CULL = 0u;  // sides of casters left out: 0 none, 1 back, 2 front
 layout(constant_id = 12) const bool ALPHA = true;  // whether any caster is alpha tested
@@ -25,37 +26,40 @@ vec3 divisible(vec3 d) {
     return mix(d, vec3(least), lessThan(abs(d), vec3(least)));
 }
 
-// Where a ray meets four boxes before t_max: a bit for each.
-uint box_mask(BoxRay ray, float t_max, vec4 near_x, vec4 near_y, vec4 near_z, vec4 far_x, vec4 far_y, vec4 far_z) {
+// Which of four boxes a ray meets in a range of t: a bit for each.
+uint box_mask(BoxRay ray, vec2 range, vec4 near_x, vec4 near_y, vec4 near_z, vec4 far_x, vec4 far_y, vec4 far_z) {
     vec4 begin = max(near_x * ray.inverse.x + ray.near_shift.x, near_y * ray.inverse.y + ray.near_shift.y);
-    begin = max(begin, max(near_z * ray.inverse.z + ray.near_shift.z, vec4(0.0)));
+    begin = max(begin, max(near_z * ray.inverse.z + ray.near_shift.z, vec4(range.x)));
     vec4 end = min(far_x * ray.inverse.x + ray.far_shift.x, far_y * ray.inverse.y + ray.far_shift.y);
-    end = min(end, min(far_z * ray.inverse.z + ray.far_shift.z, vec4(t_max)));
+    end = min(end, min(far_z * ray.inverse.z + ray.far_shift.z, vec4(range.y)));
     uvec4 bits = mix(uvec4(0u), uvec4(1u, 2u, 4u, 8u), lessThanEqual(begin, end));
     return bits.x | bits.y | bits.z | bits.w;
 }
 
-uint top_mask(BoxRay ray, float t_max, uint node) {
+uint top_mask(BoxRay ray, vec2 range, uint node) {
     uvec4 x = tree[3u * node], y = tree[3u * node + 1u], z = tree[3u * node + 2u];
     uvec3 near = mix(uvec3(0u), uvec3(16u), lessThan(ray.inverse, vec3(0.0)));
     uvec3 far = 16u - near;
     return box_mask(
-        ray, t_max, vec4(x >> near.x & 0xffffu), vec4(y >> near.y & 0xffffu), vec4(z >> near.z & 0xffffu),
+        ray, range, vec4(x >> near.x & 0xffffu), vec4(y >> near.y & 0xffffu), vec4(z >> near.z & 0xffffu),
         vec4(x >> far.x & 0xffffu), vec4(y >> far.y & 0xffffu), vec4(z >> far.z & 0xffffu)
     );
 }
 
-uint cluster_mask(BoxRay ray, float t_max, uint node) {
+uint cluster_mask(BoxRay ray, vec2 range, uint node) {
     uvec4 low = tree[node], high = tree[node + 1u];
     bvec3 turned = lessThan(ray.inverse, vec3(0.0));
     uvec4 near_x = turned.x ? high : low, far_x = turned.x ? low : high;
     uvec4 near_y = turned.y ? high : low, far_y = turned.y ? low : high;
     uvec4 near_z = turned.z ? high : low, far_z = turned.z ? low : high;
     return box_mask(
-        ray, t_max, vec4(near_x & 1023u), vec4(near_y >> 10 & 1023u), vec4(near_z >> 20),
+        ray, range, vec4(near_x & 1023u), vec4(near_y >> 10 & 1023u), vec4(near_z >> 20),
         vec4(far_x & 1023u), vec4(far_y >> 10 & 1023u), vec4(far_z >> 20)
     );
 }
+
+// Share of the ray on both sides of its origin in which a surface is looked for, beyond the rounding of `triangle_met`.
+const float SEARCH = 0.1;
 
 // Space sheared along a ray: x and y are 0 on it, z is its parameter (Woop, Benthin and Wald 2013). Rows to it from world
 // space relative to the ray's origin, or from mesh space.
@@ -80,24 +84,27 @@ Shear shear_of(vec3 d) {
     return shear;
 }
 
-// The same from the mesh space of an instance. What is far from zero, its place and the ray's, is subtracted first.
-Shear placed(Shear shear, vec4 rows[3], vec3 origin) {
-    vec3 offset = vec3(rows[0].w, rows[1].w, rows[2].w) - origin;
+// The same from the mesh space of an instance. What is far from zero, its place and the eye's, is subtracted first.
+Shear placed(Shear shear, Instance instance, vec3 origin) {
+    vec3 offset = eye_to_instance(frame, instance) - origin;
     for (int i = 0; i < 3; i++) {
         vec3 s = shear.rows[i].xyz;
-        shear.rows[i] = vec4(s.x * rows[0].xyz + s.y * rows[1].xyz + s.z * rows[2].xyz, dot(s, offset));
+        shear.rows[i] = vec4(s.x * instance.rows[0].xyz + s.y * instance.rows[1].xyz + s.z * instance.rows[2].xyz, dot(s, offset));
     }
     return shear;
 }
 
+vec3 position(uint vertex) { return vec3(positions[3u * vertex], positions[3u * vertex + 1u], positions[3u * vertex + 2u]); }
+
 vec3 sheared(Shear shear, uint vertex) {
-    vec4 p = vec4(positions[3u * vertex], positions[3u * vertex + 1u], positions[3u * vertex + 2u], 1.0);
+    vec4 p = vec4(position(vertex), 1.0);
     precise vec3 at = vec3(dot(shear.rows[0], p), dot(shear.rows[1], p), dot(shear.rows[2], p));
     return at;
 }
 
 // A point of a triangle: its vertices and their weights.
 struct Met {
+    uint triangle;
     uvec3 vertices;
     vec3 weights;
 };
@@ -117,7 +124,8 @@ bool solid(uint instance, Met met) {
 
 // Neighbours compute the same edge function with opposite signs, so no ray slips through a shared edge. A triangle seen
 // edge-on is not met.
-bool triangle_met(Shear shear, bool mirrored, float t_max, uint triangle, out Met met) {
+bool triangle_met(Shear shear, bool mirrored, vec2 range, uint triangle, out Met met) {
+    met.triangle = triangle;
     met.vertices = tree[TRIANGLES + triangle].xyz;
     vec3 a = sheared(shear, met.vertices.x), b = sheared(shear, met.vertices.y), c = sheared(shear, met.vertices.z);
     precise float u = c.x * b.y - c.y * b.x;
@@ -128,7 +136,7 @@ bool triangle_met(Shear shear, bool mirrored, float t_max, uint triangle, out Me
     float t = (u * a.z + v * b.z + w * c.z) / determinant;
     bool front = ((determinant < 0.0) != shear.turned) != mirrored;
     met.weights = vec3(u, v, w) / determinant;
-    return inside && t > 0.0 && t < t_max && (CULL == 0u || front == (CULL == 1u));
+    return inside && t > range.x && t < range.y && (CULL == 0u || front == (CULL == 1u));
 }
 
 // Where a walk is: a node's level and its number there, two bits a level. The trail holds four bits a level for the
@@ -186,8 +194,9 @@ BoxRay caster_ray(Caster caster, vec3 origin, vec3 direction) {
     return ray;
 }
 
-// Whether a ray meets a caster, and where; the first `skipped` places where it does are passed over.
-bool caster_met(Caster caster, BoxRay ray, Shear shear, float t_max, uint skipped, out Met met) {
+// Whether a ray meets a caster other than in triangle `own`, and where; the first `skipped` places where it does are passed
+// over.
+bool caster_met(Caster caster, BoxRay ray, Shear shear, vec2 range, uint own, uint skipped, out Met met) {
     bool mirrored = (caster.count & MIRRORED) != 0u;
     uint n = caster.count & 255u;
     uint levels = cluster_levels(n);
@@ -200,7 +209,7 @@ bool caster_met(Caster caster, BoxRay ray, Shear shear, float t_max, uint skippe
             leaf = walk.level == levels;
             uint mask = 0u;
             if (!leaf) {
-                mask = cluster_mask(ray, t_max, root + 2u * (level_begin(walk.level) + walk.path));
+                mask = cluster_mask(ray, range, root + 2u * (level_begin(walk.level) + walk.path));
             }
             push_children(walk, mask, false);
         }
@@ -209,7 +218,7 @@ bool caster_met(Caster caster, BoxRay ray, Shear shear, float t_max, uint skippe
         }
         uint begin = LEAF * walk.path;
         for (uint i = begin; i < min(begin + LEAF, n); i++) {
-            if (triangle_met(shear, mirrored, t_max, caster.first + i, met)) {
+            if (caster.first + i != own && triangle_met(shear, mirrored, range, caster.first + i, met)) {
                 if (skipped == 0u) {
                     return true;
                 }
@@ -220,36 +229,58 @@ bool caster_met(Caster caster, BoxRay ray, Shear shear, float t_max, uint skippe
     return false;
 }
 
-// Whether a caster lies on origin + t * direction with 0 < t < t_max; space relative to the scene's origin, t in lengths of
-// the direction, t_max perhaps infinite.
-bool occluded(vec3 origin, vec3 direction, float t_max) {
-    vec3 from = top_steps(origin);
+// A triangle that a ray lies on: instance, triangle of the scene, and how far before or after the ray's origin.
+struct Surface {
+    uint instance;
+    uint triangle;
+    float t;
+};
+
+const uint NO_TRIANGLE = 0xffffffffu;
+
+// Where a ray meets the plane of a triangle: by the plane's distance, which holds where the triangle is so large that the
+// weights of its corners do not.
+float plane_t(Instance instance, Met met, vec3 origin, vec3 direction) {
+    vec3 p = position(met.vertices.x);
+    vec3 a = linear(instance, position(met.vertices.y) - p), b = linear(instance, position(met.vertices.z) - p);
+    precise vec3 n = cross(a, b);
+    precise vec3 from = eye_to_instance(frame, instance) - origin + linear(instance, p);
+    precise float above = dot(n, from);
+    return above / dot(n, direction);
+}
+
+// Whether a caster other than the surface lies on origin + t * direction with 0 < t < t_max; space relative to the eye, t in
+// lengths of the direction, t_max perhaps infinite. With `snap` above 0 instead the surface becomes that of the least |t|
+// below `snap`, if any.
+bool occluded(vec3 origin, vec3 direction, float t_max, float snap, inout Surface surface) {
+    vec2 range = snap > 0.0 ? vec2(-SEARCH, SEARCH) : vec2(0.0, t_max);
+    vec3 from = top_steps(frame.eye.xyz + origin);
     BoxRay top_ray;
     top_ray.inverse = 1.0 / (divisible(direction) * vec3(STEPS_X, STEPS_Y, STEPS_Z));
     vec3 a = -from * top_ray.inverse, b = (TOP_STEPS - from) * top_ray.inverse;
     // a ray from afar starts where it enters the scene's bounds, so that rounding stays that of the bounds
     float t_in = max(max(max(min(a.x, b.x), min(a.y, b.y)), min(a.z, b.z)), 0.0);
-    float t_out = min(min(min(max(a.x, b.x), max(a.y, b.y)), max(a.z, b.z)), t_max);
+    float t_out = min(min(min(max(a.x, b.x), max(a.y, b.y)), max(a.z, b.z)), range.y);
     if (!(t_in <= t_out)) {
         return false;
     }
     origin += t_in * direction;
-    t_max -= t_in;
-    top_ray.near_shift = -top_steps(origin) * top_ray.inverse;
+    range -= t_in;
+    top_ray.near_shift = -top_steps(frame.eye.xyz + origin) * top_ray.inverse;
     top_ray.far_shift = top_ray.near_shift;
     Shear shear = shear_of(direction);
 
     const bool wide = TOP_LEVELS > 7u;
     Walk walk = Walk(0xffffffffu, 0u, uvec2(1u, 0u));
     bool on = false;       // with the same caster
-    uint cut_away = 0u;    // points of it that were met and are not solid
+    uint passed = 0u;      // points of it that were met and do not end the walk
     while (true) {
         while (walk.trail != uvec2(0u) && !on) {
             next_child(walk, wide);
             on = walk.level == TOP_LEVELS;
             uint mask = 0u;
             if (!on) {
-                mask = top_mask(top_ray, t_max, level_begin(walk.level) + walk.path);
+                mask = top_mask(top_ray, range, level_begin(walk.level) + walk.path);
             }
             push_children(walk, mask, wide);
         }
@@ -257,16 +288,25 @@ bool occluded(vec3 origin, vec3 direction, float t_max) {
             return false;
         }
         Caster caster = read_caster(walk.path);
-        BoxRay ray = caster_ray(caster, origin, direction);
-        Shear local = placed(shear, instances[caster.instance].rows, origin);
+        Instance instance = instances[caster.instance];
+        BoxRay ray = caster_ray(caster, frame.eye.xyz + origin, direction);
+        Shear local = placed(shear, instance, origin);
+        uint own = snap == 0.0 && caster.instance == surface.instance ? surface.triangle : NO_TRIANGLE;
         Met met;
-        on = caster_met(caster, ray, local, t_max, cut_away, met);
+        on = caster_met(caster, ray, local, range, own, passed, met);
         // Alpha is tested out here, and after a point that is cut away the caster is entered anew: both are rare, and a CPU
         // driver runs the code of all branches in every round of a loop.
         if (on && (!ALPHA || (caster.count & MASKED) == 0u || solid(caster.instance, met))) {
-            return true;
+            if (snap == 0.0) {
+                return true;
+            }
+            float t = t_in + plane_t(instance, met, origin, direction);
+            if (abs(t) < snap) {
+                snap = max(abs(t), 1e-30);
+                surface = Surface(caster.instance, met.triangle, t);
+            }
         }
-        cut_away = on ? cut_away + 1u : 0u;
+        passed = on ? passed + 1u : 0u;
     }
     return false;
 }

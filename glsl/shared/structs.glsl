@@ -48,6 +48,7 @@ struct Slot {
 // What is known of an instance from the frames before.
 struct Tracked {
     vec4 rows[3];
+    vec4 low;
     vec4 center;      // of its bounds relative to the scene's origin, world space
     vec4 reach;       // half their size
     uint material;
@@ -131,6 +132,7 @@ struct MeshBounds {
 
 struct Instance {
     vec4 rows[3];   // world relative to the scene's origin from mesh space
+    vec4 low;       // xyz: what single precision left of the translation
     uint material;
     uint mesh;
     uint revision;  // any change: moved, deformed, other alpha
@@ -158,6 +160,7 @@ struct Pair {
     uint target;   // 2 * page + layer
     uint instance;
     uint cluster;
+    float anchor[3];  // see anchor.glsl
 };
 
 struct DrawCommand {

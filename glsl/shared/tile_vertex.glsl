@@ -1,5 +1,7 @@
 // Position of a caster's vertex in its page: texels relative to the page's own corner, so that a page's content depends
 // on its address and its casters only.
+#include "shared/linear.glsl"
+
 layout(constant_id = 0) const uint PAGE_TEXELS = 128u;
 layout(constant_id = 1) const uint GUTTER = 0u;
 layout(std430, binding = 0) readonly buffer Lights { Light lights[]; };
@@ -15,17 +17,16 @@ void place_vertex(out Instance instance) {
     instance = instances[pair.instance];
     uint face = key_face(page.key);
     Light light = lights[face / FACES];
-    vec4 p = vec4(position, 1.0);
-    vec3 world = vec3(dot(instance.rows[0], p), dot(instance.rows[1], p), dot(instance.rows[2], p));
-    vec3 ls = light_axes(light, world - light.place.xyz);
+    vec3 ls = vec3(pair.anchor[0], pair.anchor[1], pair.anchor[2]) + light_axes(light, linear(instance, position));
     float w = 1.0;
-    float depth = (light.scale.w - ls.z) * light.scale.z;
+    float depth = -ls.z * light.scale.z;
     if (light.kind.x != LIGHT_DIRECTIONAL) {
         ls = face_axes(face % FACES, ls);
         w = ls.z;
+        ls.xy -= page.origin * w;
         depth = light.scale.z;
     }
-    vec2 texel = (ls.xy - page.origin * w) * page.scale + float(GUTTER) * w;
+    vec2 texel = ls.xy * page.scale + float(GUTTER) * w;
     gl_Position = vec4(texel * (2.0 / float(PAGE_TEXELS)) - w, depth, w);
     gl_Layer = int((pair.target & 1u) == 0u ? page.slot : page.dynamic_slot);
 }

@@ -60,6 +60,11 @@ fn word(v: DVec3, w: f64) -> [f32; 4] {
     [v.x as f32, v.y as f32, v.z as f32, w as f32]
 }
 
+/// What single precision leaves of a vector.
+fn left(v: DVec3) -> DVec3 {
+    v - v.as_vec3().as_dvec3()
+}
+
 /// Constants that depend on the camera alone; the others are zero.
 pub(crate) fn camera_constants(size: [u32; 2], input: &FrameInput) -> Frame {
     let camera = &input.camera;
@@ -69,13 +74,15 @@ pub(crate) fn camera_constants(size: [u32; 2], input: &FrameInput) -> Frame {
     let half = (0.5 * camera.fov_y_deg.to_radians()).tan();
     let dx = right * (2.0 * half * aspect / f64::from(size[0]));
     let dy = up * (-2.0 * half / f64::from(size[1]));
+    let eye = camera.eye - input.origin;
     let corner = -back + up * half - right * (half * aspect);
     Frame {
         clip_from_eye: camera.clip_from_eye_relative(aspect).to_cols_array_2d(),
         ray_corner: word(corner, camera.near),
         ray_dx: word(dx, camera.far),
         ray_dy: word(dy, dy.length()),
-        eye: word(camera.eye - input.origin, 0.0),
+        eye: word(eye, 0.0),
+        eye_low: word(left(eye), 0.0),
         size: [size[0], size[1], 0, 0],
         ..Zeroable::zeroed()
     }
@@ -130,7 +137,10 @@ pub(crate) fn light_record(
             axis_x: word(axes[0] / tan, tan * tan),
             axis_y: word(axes[1] / tan, tan * tan),
             axis_z: word(axes[2], 0.0),
+            low_x: [0.0; 4],
+            low_y: [0.0; 4],
             place: word(place, range),
+            place_low: word(left(place), 0.0),
             eye: word(eye - place, cosine),
             scale: [HALF as f32, 1.0 / HALF as f32, (farthest / RANGE_OVER_NEAR) as f32, 0.0],
             rule: [squared(f64::from(HALF)), rounding(place.length() + farthest), 0.0, 0.0],
@@ -149,6 +159,8 @@ pub(crate) fn light_record(
             Ok(LightRecord {
                 axis_x: word(grid.axes[0], inside.x),
                 axis_y: word(grid.axes[1], inside.y),
+                low_x: word(left(grid.axes[0]), 0.0),
+                low_y: word(left(grid.axes[1]), 0.0),
                 axis_z: word(grid.axes[2], grid.reach - eye.dot(grid.axes[2])),
                 scale: [(1.0 / page) as f32, page as f32, (0.5 / grid.reach) as f32, grid.reach as f32],
                 rule: [squared(1.0 / page), rounding(2.0 * grid.reach), (grid.reach * interior / page) as f32, 0.0],

@@ -1,5 +1,5 @@
 //! Rays of listed items through the tree of [`super::bvh`]: what the shadow map cannot decide, decided by the casters.
-//! Reads: number of items, rays, the tree, the scene. Writes: visibility, a word an item: 1 lit, 0 shadowed.
+//! Reads: number of items, rays, frame constants, the tree, the scene. Writes: visibility, a word an item: 1 lit, 0 shadowed.
 //! At capacity: the rest is not traced.
 
 use super::bvh::Bvh;
@@ -12,7 +12,7 @@ use std::sync::Arc;
 pub(crate) struct Exact {
     /// Number of items: a word.
     pub(crate) count: Buffer,
-    /// Two `vec4` an item: origin relative to the scene's origin and `t_max`, direction.
+    /// Two `vec4` an item: receiver relative to the eye and `t_max`, direction and packed normal.
     pub(crate) rays: Buffer,
     pub(crate) visibility: Buffer,
     /// Pixel and light of each.
@@ -26,12 +26,13 @@ pub(crate) struct Exact {
 }
 
 impl Exact {
-    /// `mask`: where the lookup left zeros for the items.
+    /// `frame`: constants of the view; `mask`: where the lookup left zeros for the items.
     pub(crate) fn new(
         gpu: &Arc<Gpu>,
         config: &Config,
         bvh: &Bvh,
         capacity: u32,
+        frame: Binding<'_>,
         mask: Option<&Image>,
     ) -> Result<Self, Error> {
         let many = u64::from(capacity);
@@ -42,7 +43,7 @@ impl Exact {
         let items = Buffer::storage(gpu, "exact pixels", 8 * many, none)?;
         let arguments = Buffer::storage(gpu, "exact dispatch", 12, vk::BufferUsageFlags::INDIRECT_BUFFER)?;
         let [c, r, v, a] = [&count, &rays, &visibility, &arguments].map(Binding::Storage);
-        let bindings = [&[c, r, v], bvh.ray_bindings().as_slice()].concat();
+        let bindings = [&[c, r, v, frame], bvh.ray_bindings().as_slice()].concat();
         let constants = bvh.ray_constants(config);
         Ok(Self {
             prepare: Compute::new(gpu, "exact_prepare", spirv!("engine/exact_prepare.comp"), &[c, a], &[], 4)?,

@@ -14,8 +14,7 @@ use crate::{Config, Error};
 use ash::vk;
 use std::sync::Arc;
 
-/// A ray for every so many pixels, and at least so many.
-const RAYS: u32 = 2;
+/// Rays of a small image; others have as many as pixels.
 const LEAST_RAYS: u32 = 16384;
 
 /// What the passes of a view read and write.
@@ -82,8 +81,8 @@ impl View {
     ) -> Result<Self, Error> {
         let buffers = ViewBuffers::new(gpu, config)?;
         let frame = Binding::Uniform(&buffers.frame);
-        let rays = config.size[0].saturating_mul(config.size[1]).div_ceil(RAYS).max(LEAST_RAYS);
-        let exact = bvh.map(|bvh| Exact::new(gpu, config, bvh, rays, Some(&buffers.mask))).transpose()?;
+        let rays = config.size[0].saturating_mul(config.size[1]).max(LEAST_RAYS);
+        let exact = bvh.map(|bvh| Exact::new(gpu, config, bvh, rays, frame, Some(&buffers.mask))).transpose()?;
         Ok(Self {
             gradient: Gradient::new(gpu, frame, receivers, Binding::StorageImage(&buffers.receiver))?,
             request: Request::new(gpu, config, b, &buffers, sort, receivers)?,

@@ -13,6 +13,7 @@ pub struct Frame {
     pub ray_dx: [f32; 4],
     pub ray_dy: [f32; 4],
     pub eye: [f32; 4],
+    pub eye_low: [f32; 4],
     pub size: [u32; 4],
     pub lights: [u32; 4],
     pub cache: [u32; 4],
@@ -28,7 +29,10 @@ pub struct LightRecord {
     pub axis_x: [f32; 4],
     pub axis_y: [f32; 4],
     pub axis_z: [f32; 4],
+    pub low_x: [f32; 4],
+    pub low_y: [f32; 4],
     pub place: [f32; 4],
+    pub place_low: [f32; 4],
     pub eye: [f32; 4],
     pub scale: [f32; 4],
     pub rule: [f32; 4],
@@ -105,6 +109,7 @@ pub struct Slot {
 #[allow(missing_docs)]
 pub struct Tracked {
     pub rows: [[f32; 4]; 3],
+    pub low: [f32; 4],
     pub center: [f32; 4],
     pub reach: [f32; 4],
     pub material: u32,
@@ -175,8 +180,8 @@ pub struct MeshBounds {
 pub(crate) const ITEM_BYTES: u64 = 8;
 /// Clusters of a run.
 pub(crate) const RUN: u32 = 8;
-/// Bytes of a `Pair` (target, instance, cluster).
-pub(crate) const PAIR_BYTES: u64 = 12;
+/// Bytes of a `Pair` (target, instance, cluster, anchor).
+pub(crate) const PAIR_BYTES: u64 = 24;
 /// Bytes of a `VkDrawIndexedIndirectCommand`.
 pub(crate) const COMMAND_BYTES: u64 = 20;
 

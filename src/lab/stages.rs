@@ -472,7 +472,9 @@ impl EngineStage {
     /// Target (2 * page + layer), instance and cluster of each opaque and each masked pair of the last frame.
     pub fn pairs(&self, lab: &Lab) -> Result<[Vec<[u32; 3]>; 2]> {
         let c = read_counters(lab, &self.engine.buffers)?;
-        let mut opaque: Vec<[u32; 3]> = read(lab, &self.engine.buffers.pairs)?;
+        let words: Vec<[u32; 6]> = read(lab, &self.engine.buffers.pairs)?;
+        let mut opaque: Vec<[u32; 3]> =
+            words.iter().map(|&[target, instance, cluster, ..]| [target, instance, cluster]).collect();
         let mut masked = opaque.split_off(self.engine.config.pair_capacity as usize);
         opaque.truncate(c.pairs_opaque as usize);
         masked.truncate(c.pairs_masked as usize);

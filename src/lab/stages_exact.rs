@@ -6,9 +6,9 @@ use crate::Config;
 use crate::engine::bvh::Bvh;
 use crate::engine::exact::Exact;
 use crate::gpu::sync::{self, Access::*};
-use crate::gpu::{Buffer, Memory};
+use crate::gpu::{Binding, Buffer, Memory, structs::Frame};
 use ash::vk;
-use bytemuck::Pod;
+use bytemuck::{Pod, Zeroable};
 
 pub use crate::engine::bvh::{CHANGED_PLACE, CHANGED_SHAPE};
 
@@ -21,6 +21,7 @@ pub type Ray = [f32; 8];
 pub struct ExactStage {
     bvh: Bvh,
     exact: Exact,
+    _frame: Buffer,
     capacity: u32,
 }
 
@@ -44,8 +45,12 @@ impl ExactStage {
     /// For the lab's scene; most rays of a list.
     pub fn new(lab: &Lab, config: &Config, capacity: u32) -> Result<Self> {
         let bvh = Bvh::new(&lab.gpu, &lab.buffers)?;
-        let exact = Exact::new(&lab.gpu, config, &bvh, capacity, None)?;
-        Ok(Self { bvh, exact, capacity })
+        // an eye in the scene's origin, and rays that start where they are given
+        let usage = vk::BufferUsageFlags::UNIFORM_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
+        let frame = Buffer::new(&lab.gpu, "frame constants", size_of::<Frame>() as u64, usage, Memory::Device)?;
+        write(lab, &frame, &[Frame::zeroed()])?;
+        let exact = Exact::new(&lab.gpu, config, &bvh, capacity, Binding::Uniform(&frame), None)?;
+        Ok(Self { bvh, exact, _frame: frame, capacity })
     }
 
     /// Brings the tree up to date, given what changed of each instance; returns the wall time in milliseconds.

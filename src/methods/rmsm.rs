@@ -34,7 +34,7 @@ const PARAMETERS: &[Parameter] = &[
     Parameter {
         key: "virtual",
         default: "21",
-        allowed: "15 to 21",
+        allowed: "15 to 30",
         meaning: "texels of the virtual map along a side, as a power of two",
     },
     Parameter {
@@ -140,7 +140,7 @@ pub(super) fn config(spec: &MethodSpec, size: [u32; 2]) -> Result<Config, LabErr
     config.level_blend = spec.one_of("blend", "false", &["true", "false"])? == "true";
     config.gutter = if is_auto(spec, "gutter") { config.filter.reach() } else { spec.u32_in("gutter", 1, 1..=8)? };
     config.exact = spec.one_of("exact", "false", &["true", "false"])? == "true";
-    config.virtual_bits = spec.u32_in("virtual", config.virtual_bits, 15..=21)?;
+    config.virtual_bits = spec.u32_in("virtual", config.virtual_bits, 15..=30)?;
     config.bias_texels = spec.f32_in("depth_bias", config.bias_texels, 0.0..=16.0)?;
     config.cull = super::cull(spec)?;
     config.pressure = match spec.one_of("pressure", "demand", &["demand", "histogram", "level"])? {

@@ -3,6 +3,7 @@
 use super::motion::{How, Moves, Placed};
 use super::{Attributes, Cluster, Instance, Material, Mesh, Scene, clusters};
 use crate::host::{ALPHA_TESTED, CastPolicy};
+use bytemuck::Zeroable;
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
@@ -249,12 +250,13 @@ fn append(scene: &mut Scene, part: &Part, finished: Finished) {
     scene.clusters.extend(finished.clusters.iter().map(|c| Cluster { first_index: first_index + c.first_index, ..*c }));
     let policy = if part.casts { CastPolicy::Auto } else { CastPolicy::Never };
     let flags = policy as u32 | (u32::from(part.alpha_tested) * ALPHA_TESTED);
-    let place = |m: &DAffine3| Instance { rows: rows(m, origin), material: part.material, mesh, revision: 0, flags };
-    scene.instances.extend(instances.iter().map(place));
+    let common = Instance { material: part.material, mesh, flags, ..Zeroable::zeroed() };
+    scene.instances.extend(instances.iter().map(|m| placed(common, m, origin)));
 }
 
-/// Rows of the 3x4 matrix relative to the origin, rounded last.
-pub(super) fn rows(matrix: &DAffine3, origin: DVec3) -> [[f32; 4]; 3] {
-    let translation = matrix.translation - origin;
-    std::array::from_fn(|i| matrix.matrix3.row(i).extend(translation[i]).as_vec4().to_array())
+/// An instance with the matrix relative to the origin, rounded last.
+pub(super) fn placed(mut instance: Instance, matrix: &DAffine3, origin: DVec3) -> Instance {
+    instance.rows = std::array::from_fn(|i| matrix.matrix3.row(i).extend(0.0).as_vec4().to_array());
+    instance.set_translation(matrix.translation - origin);
+    instance
 }

@@ -83,6 +83,9 @@ pub struct Mesh {
 pub struct Instance {
     /// Rows of the affine 3x4 matrix from mesh space to world space relative to [`Scene::origin`].
     pub rows: [[f32; 4]; 3],
+    /// What single precision leaves of the translation, to be added to the rows' last column; w is 0. Zero throughout is
+    /// allowed: then the instance stands where its rows say.
+    pub low: [f32; 4],
     /// Entry in [`Scene::materials`].
     pub material: u32,
     /// Entry in [`Scene::meshes`].
@@ -91,6 +94,25 @@ pub struct Instance {
     pub revision: u32,
     /// How the instance casts, see [`crate::host::CastPolicy`]; bit 2: its mesh is alpha tested.
     pub flags: u32,
+}
+
+impl Instance {
+    /// The translation, world space relative to [`Scene::origin`].
+    pub fn translation(&self) -> DVec3 {
+        DVec3::from_array([0, 1, 2].map(|i| f64::from(self.rows[i][3]) + f64::from(self.low[i])))
+    }
+
+    /// Sets the translation, to about 48 bits.
+    pub fn set_translation(&mut self, translation: DVec3) {
+        for (i, (high, low)) in split(translation).into_iter().enumerate() {
+            (self.rows[i][3], self.low[i]) = (high, low);
+        }
+    }
+}
+
+/// Each coordinate in single precision and what that leaves.
+pub(crate) fn split(v: DVec3) -> [(f32, f32); 3] {
+    v.to_array().map(|v| (v as f32, (v - f64::from(v as f32)) as f32))
 }
 
 /// Base colour and alpha of a surface.

@@ -5,7 +5,7 @@ mod reach;
 
 pub(super) use reach::reach;
 
-use super::assemble::{Bounds, EMPTY, rows};
+use super::assemble::{Bounds, EMPTY, placed};
 use super::clusters;
 use super::deform::Deform;
 use super::pose::Rig;
@@ -106,7 +106,7 @@ impl Changes {
 /// A pose computed but not yet written.
 #[derive(Default)]
 struct Next {
-    rows: Vec<(u32, [[f32; 4]; 3])>,
+    matrices: Vec<(u32, DAffine3)>,
     /// Mesh, first vertex, positions.
     positions: Vec<(u32, u32, Vec<[f32; 3]>)>,
 }
@@ -149,29 +149,29 @@ impl Motion {
         let next = match &self.kind {
             Kind::File { rig, placed, .. } => animate(rig, placed, scene.origin, time_s).map_err(named)?,
             Kind::Orbits { first, orbits } => Next {
-                rows: (*first..).zip(orbits).map(|(i, o)| (i, rows(&o.at(time_s), scene.origin))).collect(),
+                matrices: (*first..).zip(orbits).map(|(i, o)| (i, o.at(time_s))).collect(),
                 positions: Vec::new(),
             },
         };
-        let matrices = next.rows.iter().flat_map(|(_, rows)| rows.as_flattened());
+        let matrices = next.matrices.iter().flat_map(|(_, matrix)| matrix.to_cols_array().map(|v| v as f32));
         let corners = next.positions.iter().flat_map(|(_, _, list)| list.as_flattened());
-        if let Some(value) = matrices.chain(corners).find(|v| !v.is_finite()) {
+        if let Some(value) = matrices.chain(corners.copied()).find(|v| !v.is_finite()) {
             return Err(named(format!("a place is {value} in single precision; it must be finite")));
         }
         Ok(next.write(scene))
     }
 }
 
-fn animate(rig: &Rig, placed: &[Placed], origin: DVec3, time_s: f64) -> Result<Next, String> {
+fn animate(rig: &Rig, parts: &[Placed], origin: DVec3, time_s: f64) -> Result<Next, String> {
     let pose = rig.pose(time_s)?;
     let mut next = Next::default();
-    for part in placed {
+    for part in parts {
         if let Placed::Rigid { instance, node, centre } = part {
             let matrix = pose.worlds[*node] * DAffine3::from_translation(*centre);
-            next.rows.push((*instance, rows(&matrix, origin)));
+            next.matrices.push((*instance, matrix));
         }
     }
-    let deformed = placed.par_iter().filter_map(|part| match part {
+    let deformed = parts.par_iter().filter_map(|part| match part {
         Placed::Deform { mesh, first_vertex, deform } => Some(deform.place(&pose).map(|positions| {
             let positions = positions.iter().map(|p| (*p - origin).as_vec3().to_array()).collect();
             (*mesh, *first_vertex, positions)
@@ -185,10 +185,11 @@ fn animate(rig: &Rig, placed: &[Placed], origin: DVec3, time_s: f64) -> Result<N
 impl Next {
     fn write(self, scene: &mut Scene) -> Changes {
         let mut changes = Changes::default();
-        for (i, rows) in self.rows {
+        for (i, matrix) in self.matrices {
             let instance = &mut scene.instances[i as usize];
-            if bytemuck::bytes_of(&instance.rows) != bytemuck::bytes_of(&rows) {
-                instance.rows = rows;
+            let moved = placed(*instance, &matrix, scene.origin);
+            if bytemuck::bytes_of(instance) != bytemuck::bytes_of(&moved) {
+                *instance = moved;
                 changes.instances.push(i);
             }
         }

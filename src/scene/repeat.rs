@@ -25,9 +25,7 @@ pub fn repeated(mut scene: Scene, copies: u32) -> Scene {
         for offset in &offsets {
             scene.instances.extend(placed.iter().map(|instance| {
                 let mut copy = *instance;
-                for axis in 0..3 {
-                    copy.rows[axis][3] += offset[axis] as f32;
-                }
+                copy.set_translation(copy.translation() + *offset);
                 copy
             }));
         }

@@ -391,7 +391,7 @@ impl Cutouts {
 fn affine(instance: &Instance) -> (DMat3, DVec3) {
     let [x, y, z] = instance.rows.map(|r| r.map(f64::from));
     let linear = DMat3::from_cols_array_2d(&[[x[0], y[0], z[0]], [x[1], y[1], z[1]], [x[2], y[2], z[2]]]);
-    (linear, DVec3::new(x[3], y[3], z[3]))
+    (linear, instance.translation())
 }
 
 /// Bounds of a placed part, wide enough for the rounding to f32.

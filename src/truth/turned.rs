@@ -70,9 +70,10 @@ impl Turned {
         let rows = instance.rows.map(|r| r.map(f64::from));
         let column = |c: usize| DVec3::new(rows[0][c], rows[1][c], rows[2][c]);
         let linear = self.turn * DMat3::from_cols(column(0), column(1), column(2)) * self.turn.transpose();
-        let to = self.turn * column(3) + self.shift;
-        let row = |r: usize| linear.row(r).extend(to[r]).as_vec4().to_array();
-        Instance { rows: [row(0), row(1), row(2)], ..*instance }
+        let row = |r: usize| linear.row(r).extend(0.0).as_vec4().to_array();
+        let mut turned = Instance { rows: [row(0), row(1), row(2)], ..*instance };
+        turned.set_translation(self.turn * instance.translation() + self.shift);
+        turned
     }
 }
 

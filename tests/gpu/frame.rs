@@ -3,13 +3,14 @@
 use crate::bench::Bench;
 use crate::comparators::{mixed, same_image};
 use crate::scenes;
+use glam::DVec3;
 use std::collections::{BTreeMap, BTreeSet};
 use umbrage::lab::View;
 use umbrage::lab::stages::{EngineStage, Table};
 use umbrage::scene::Scene;
 use umbrage::twin::ROOT_LEVEL;
 use umbrage::twin::key::{from_words, key_ancestor, key_level};
-use umbrage::{Config, RequestRoute};
+use umbrage::{Config, Light, RequestRoute};
 
 const SIZE: [u32; 2] = [320, 180];
 
@@ -186,6 +187,34 @@ fn pairs_are_those_of_the_pages_drawn() {
             );
             let distinct: BTreeSet<_> = pairs.iter().collect();
             assert_eq!(distinct.len(), pairs.len(), "{pair_capacity}: a caster twice");
+        }
+    }
+}
+
+/// A scene at 100 km from the world's origin, whose buffers and camera are given relative to its own, is the same scene.
+#[test]
+fn a_hundred_kilometres_away_is_as_near() {
+    let far = DVec3::new(100_000.0, 250.0, -70_000.0);
+    let sun = Light::directional(DVec3::new(0.4, -1.0, 0.3));
+    for light in [sun, Light::Point { position: DVec3::new(-2.5, 5.0, 1.5), range: 20.0 }] {
+        for exact in [false, true] {
+            let config = Config { exact, ..config() };
+            let (scene, view) = scenes::street(SIZE);
+            let near = Bench::new(scene, View { lights: vec![light.clone()], ..view });
+            let (mut scene, mut view) = (near.scene().clone(), near.view().clone());
+            for corner in [&mut scene.origin, &mut scene.bounds_min, &mut scene.bounds_max, &mut view.camera.eye] {
+                *corner += far;
+            }
+            view.camera.target += far;
+            if let Light::Point { position, .. } = &mut view.lights[0] {
+                *position += far;
+            }
+            let want = frame(&near, &config).0;
+            mixed(&want).unwrap();
+            let got = frame(&Bench::new(scene, view), &config).0;
+            // double precision leaves 1e-11 of such coordinates
+            let differ = want.iter().zip(&got).filter(|(want, got)| want != got).count();
+            assert!(differ <= 4 && want.len() == got.len(), "{light:?}, exact {exact}: {differ} pixels differ");
         }
     }
 }

@@ -90,6 +90,7 @@ impl Builder {
         }
         scene.instances.push(Instance {
             rows: IDENTITY,
+            low: [0.0; 4],
             material: mesh,
             mesh,
             revision: 0,
