@@ -10,23 +10,21 @@ const float SELF = 0.25;
 // Most pixels across a texel: what a coarser one holds says too little about a pixel.
 const float MOST_PIXELS = 8.0;
 
-// Decided where the nine texels around the receiver agree and leave no doubt: casters above the plane by more than the
+// Decided where seven of the nine texels around the receiver agree and leave no doubt: casters above the plane by more than the
 // bias, or none above it by more than a share of that. `fine`: whether the rounding of depths is less than the pixel, so that
 // what is too low to be told from the plane does not matter.
 int map_decides(Plane plane, uvec2 layers, bool fine) {
     bool lit = fine;
     bool shadowed = true;
-    for (int y = -1; y <= 1; y += 2) {
-        for (int x = -1; x <= 1; x += 2) {
-            // the four texels around a corner of the receiver's texel
-            vec2 low = floor(plane.texel) - 0.5 + 0.5 * vec2(x, y);
-            low = clamp(low, vec2(0.0), vec2(textureSize(atlas, 0).xy) - 2.0);
-            float first = plane.depth + dot(plane.slope, low + 0.5 - plane.texel);
-            vec4 depths = vec4(first, first + plane.slope.x, first + plane.slope.y, first + plane.slope.x + plane.slope.y);
-            vec4 casters = caster_quad(layers, low);
-            lit = lit && all(lessThanEqual(casters, depths - (1.0 - SELF) * plane.bias));
-            shadowed = shadowed && all(greaterThan(casters, depths));
-        }
+    // two opposite corners of the receiver's texel, four texels around each
+    for (int side = -1; side <= 1; side += 2) {
+        vec2 low = floor(plane.texel) - 0.5 + 0.5 * float(side);
+        low = clamp(low, vec2(0.0), vec2(textureSize(atlas, 0).xy) - 2.0);
+        float first = plane.depth + dot(plane.slope, low + 0.5 - plane.texel);
+        vec4 depths = vec4(first, first + plane.slope.x, first + plane.slope.y, first + plane.slope.x + plane.slope.y);
+        vec4 casters = caster_quad(layers, low);
+        lit = lit && all(lessThanEqual(casters, depths - (1.0 - SELF) * plane.bias));
+        shadowed = shadowed && all(greaterThan(casters, depths));
     }
     return lit ? MAP_LIT : shadowed ? MAP_SHADOWED : MAP_UNDECIDED;
 }
