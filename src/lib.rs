@@ -10,8 +10,10 @@
 //! 2. **Casters and receivers.** Describe your buffers with [`host::SceneBuffers`], your depth and normals with
 //!    [`host::Receivers`].
 //! 3. **Create.** [`Engine::new`] takes a [`Config`]; it allocates everything, nothing is allocated afterwards.
-//! 4. **Record.** [`Engine::record`] writes one frame into your command buffer: no submit, no wait, no read-back.
-//! 5. **Sample.** The mask is [`Engine::visibility`]; `glsl/host/umbrage_lookup.glsl` is the lookup itself.
+//!    [`Engine::add_light`], [`Engine::set_light`] and [`Engine::remove_light`] work between frames; a light keeps its id.
+//! 4. **Record.** [`Engine::record`] writes one frame into your command buffer, with one input for each view: no submit, no
+//!    wait, no read-back.
+//! 5. **Sample.** The mask of a view is [`Engine::mask`]; `glsl/host/umbrage_lookup.glsl` is the lookup itself.
 //! 6. **Move.** Between frames change instances, positions and bounds in your buffers, and raise the revision of what
 //!    casts differently ([`host::CastPolicy`]); pages of earlier frames stay where nothing changed.
 //! 7. **Tune.** [`Engine::counters`] tells what was requested, drawn, put off and refused, [`Engine::memory`] what it

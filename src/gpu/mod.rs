@@ -172,7 +172,7 @@ pub unsafe fn missing_features(instance: &ash::Instance, physical_device: vk::Ph
     for (value, needed, name) in [
         (limits.max_compute_work_group_invocations, 256, "maxComputeWorkGroupInvocations"),
         (limits.max_compute_shared_memory_size, 16384, "maxComputeSharedMemorySize"),
-        (limits.max_per_stage_descriptor_storage_buffers, 10, "maxPerStageDescriptorStorageBuffers"),
+        (limits.max_per_stage_descriptor_storage_buffers, 14, "maxPerStageDescriptorStorageBuffers"),
         (limits.max_image_array_layers, 256, "maxImageArrayLayers"),
         (limits.max_framebuffer_layers, 256, "maxFramebufferLayers"),
     ] {
