@@ -19,10 +19,10 @@ use ash::vk;
 use std::sync::Arc;
 
 /// Bits of the change of an instance: matrix, mesh, material or flags.
-#[allow(dead_code)] // named for the pass that tracks instances
+#[cfg(feature = "lab")]
 pub const CHANGED_PLACE: u32 = 1;
 /// Vertices of its mesh, another mesh, or a mesh that cast nothing before: its clusters' trees are built.
-#[allow(dead_code)] // as above
+#[cfg(feature = "lab")]
 pub const CHANGED_SHAPE: u32 = 2;
 
 /// Most workgroups over the clusters to build.

@@ -134,7 +134,6 @@ impl Engine {
         if let Some(bvh) = &self.bvh {
             sync::barrier(device, cmd, &[(IndirectRead, ComputeWrite)]);
             bvh.record(cmd);
-            next();
             stage("bvh");
         }
 

@@ -3,14 +3,12 @@
 
 pub(crate) mod allocate;
 pub(crate) mod buffers;
-#[cfg_attr(not(feature = "lab"), allow(dead_code))] // no pass of the engine uses it yet
 pub(crate) mod bvh;
 pub(crate) mod cache;
 pub(crate) mod compact;
 pub(crate) mod constants;
 pub(crate) mod cull;
 pub(crate) mod depth_prepass;
-#[cfg_attr(not(feature = "lab"), allow(dead_code))] // as bvh
 pub(crate) mod exact;
 mod frame;
 pub(crate) mod gradient;

@@ -404,7 +404,7 @@ fn shadow_rays(lab: &Lab) -> Vec<Ray> {
     let at = pixels.filter(|&(x, y)| x < g.width && y < g.height).map(|(x, y)| (y * g.width + x) as usize);
     let vector = |v: [f32; 3]| glam::Vec3::from(v).as_dvec3();
     at.filter(|&i| g.hit[i] && vector(g.normal[i]).dot(sun) > 0.0)
-        .map(|i| ray(vector(g.position[i]) + off * vector(g.normal[i]), sun, f64::INFINITY))
+        .map(|i| ray(g.point(i) + off * vector(g.normal[i]), sun, f64::INFINITY))
         .collect()
 }
 
