@@ -48,7 +48,7 @@ pub enum Cull {
 /// serving page across, 2 to 9 (percentage-closer filtering, Reeves et al. 1987; book, 5.1.4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Filter {
-    /// Lit or shadowed: the contour where the bilinear blend of the four nearest tests is one half.
+    /// Lit or shadowed: the edge is the line that parts the lit of the 4 x 4 nearest texels from the dark.
     Hard,
     /// The share of the `taps` x `taps` nearest texels.
     Pcf {
@@ -92,7 +92,7 @@ impl Filter {
 
     /// Texels around a receiver's own that are read: the least gutter.
     pub fn reach(self) -> u32 {
-        self.words()[1].div_ceil(2)
+        if self == Filter::Hard { 2 } else { self.words()[1].div_ceil(2) }
     }
 }
 
@@ -184,7 +184,7 @@ impl Config {
             size,
             atlas_bytes: 64 << 20,
             page_texels: 128,
-            gutter: 1,
+            gutter: 2,
             level_bias: -3.0,
             virtual_bits: 21,
             lights: 1,

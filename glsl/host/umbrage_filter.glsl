@@ -2,8 +2,14 @@
 // stored depth of each layer of the atlas) and the constants FILTER, not FILTER_HARD, TAPS, RANGED and LEVEL_BLEND.
 
 float caster_depth(uvec2 layers, vec2 texel) {
-    float depth = texelFetch(atlas, ivec3(texel, layers.x), 0).r;
-    return layers.y == 0u ? depth : max(depth, texelFetch(atlas, ivec3(texel, layers.y - 1u), 0).r);
+    float depth = 0.0;
+    bool another;
+    do {
+        depth = max(depth, texelFetch(atlas, ivec3(texel, layers.x), 0).r);
+        another = layers.y != 0u;
+        layers = uvec2(layers.y - 1u, 0u);
+    } while (another);
+    return depth;
 }
 
 #include "shared/kernel.glsl"

@@ -138,7 +138,7 @@ pub(super) fn config(spec: &MethodSpec, size: [u32; 2]) -> Result<Config, LabErr
     config.page_texels = spec.one_of("page", "128", &["64", "128", "256", "512"])?.parse().unwrap_or(128);
     config.filter = super::filter(spec)?;
     config.level_blend = spec.one_of("blend", "false", &["true", "false"])? == "true";
-    config.gutter = if is_auto(spec, "gutter") { config.filter.reach() } else { spec.u32_in("gutter", 1, 1..=8)? };
+    config.gutter = if is_auto(spec, "gutter") { config.filter.reach() } else { spec.u32_in("gutter", 2, 1..=8)? };
     config.exact = spec.one_of("exact", "false", &["true", "false"])? == "true";
     config.virtual_bits = spec.u32_in("virtual", config.virtual_bits, 15..=30)?;
     config.bias_texels = spec.f32_in("depth_bias", config.bias_texels, 0.0..=16.0)?;

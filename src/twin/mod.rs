@@ -1,11 +1,12 @@
 //! The stages of the engine as plain serial code: what a stage's results must be, with the same overflow rules and the
-//! same bits. Tests run both on the same cases. Stems are those of `src/engine` and `glsl/engine`; `kernel`, `key`, `light` and
+//! same bits. Tests run both on the same cases. Stems are those of `src/engine` and `glsl/engine`; `contour`, `kernel`, `key`, `light` and
 //! `receiver` mirror `glsl/shared`.
 
 #![forbid(unsafe_code)]
 
 pub mod allocate;
 pub mod compact;
+pub mod contour;
 pub mod gradient;
 pub mod kernel;
 pub mod key;
