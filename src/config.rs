@@ -96,8 +96,8 @@ impl Filter {
     }
 }
 
-/// Bytes of the page table for each distinct page asked for: eight slots of key, entry and node.
-const REQUEST_BYTES: u64 = 8 * (8 + 4 + size_of::<crate::gpu::structs::Node>() as u64);
+/// Bytes of the page table for each distinct page asked for: four slots of key, entry and node.
+const REQUEST_BYTES: u64 = 4 * (8 + 4 + size_of::<crate::gpu::structs::Node>() as u64);
 
 /// Most pairs of a frame.
 pub(crate) const MAX_PAIRS: u32 = 1 << 21;
@@ -193,10 +193,10 @@ impl Config {
             filter: Filter::Hard,
             level_blend: false,
             cull: Cull::None,
-            level_rule: LevelRule::MinLength,
+            level_rule: LevelRule::Area,
             route: RequestRoute::Flags,
             pressure: Pressure::Demand,
-            page_table_bytes: 16384 * REQUEST_BYTES,
+            page_table_bytes: 32768 * REQUEST_BYTES,
             spare_percent: 10,
             pages_per_frame: 192,
             sun_pages_per_frame: 96,
@@ -250,10 +250,10 @@ impl Config {
         1 << fitting.ilog2()
     }
 
-    /// Entries of the page table. Requests and their ancestors fill a fifth of it in ordinary views; requests so sparse that
+    /// Entries of the page table. Requests and their ancestors fill less than a third of it in ordinary views; requests so sparse that
     /// they fill it (none shares an ancestor below level 6) are served by coarser pages and counted.
     pub(crate) fn table_size(&self) -> u32 {
-        8 * self.request_capacity()
+        4 * self.request_capacity()
     }
 
     /// Nodes of the quadtree that are listed: as many as the table holds.
@@ -333,10 +333,10 @@ impl Config {
             "a power of two from 8 to 128".into(),
         )?;
         limit(
-            (1024..=65536).contains(&(self.page_table_bytes / REQUEST_BYTES)),
+            (1024..=131072).contains(&(self.page_table_bytes / REQUEST_BYTES)),
             "page_table_bytes",
             self.page_table_bytes,
-            format!("{} to {} bytes", 1024 * REQUEST_BYTES, 65536 * REQUEST_BYTES),
+            format!("{} to {} bytes", 1024 * REQUEST_BYTES, 131072 * REQUEST_BYTES),
         )?;
         limit(
             FACES * self.lights <= self.request_capacity(),

@@ -3,12 +3,10 @@
 
 float caster_depth(uvec2 layers, vec2 texel) {
     float depth = 0.0;
-    bool another;
-    do {
-        depth = max(depth, texelFetch(atlas, ivec3(texel, layers.x), 0).r);
-        another = layers.y != 0u;
-        layers = uvec2(layers.y - 1u, 0u);
-    } while (another);
+    uint count = layer_count(layers);
+    for (uint i = 0u; i < count; i++) {
+        depth = max(depth, texelFetch(atlas, ivec3(texel, layer_of(layers, i)), 0).r);
+    }
     return depth;
 }
 

@@ -48,17 +48,19 @@ Plane umbrage_plane(Light light, Receiver r, uint entry) {
 // The layers of the page that serves: of its casters that stand still, and of those that move + 1, 0 without.
 uvec2 umbrage_layers(uint entry) { return uvec2(entry_slot(entry), entry_dynamic(entry)); }
 
+// A loop over these instead of a branch: where devices run both sides of a branch, pages without moving casters read one layer.
+uint layer_count(uvec2 layers) { return layers.y == 0u ? 1u : 2u; }
+uint layer_of(uvec2 layers, uint i) { return i == 0u ? layers.x : layers.y - 1u; }
+
 // Depths of the nearest casters at the texels low, low + (1, 0), low + (0, 1) and low + (1, 1).
 vec4 caster_quad(uvec2 layers, vec2 low) {
     // the gather of a nearest sampler: its four texels meet at the coordinate given
     vec2 meet = (low + 1.0) / vec2(textureSize(atlas, 0).xy);
     vec4 casters = vec4(0.0);
-    bool another;
-    do {
-        casters = max(casters, textureGather(atlas, vec3(meet, float(layers.x)), 0).wzxy);
-        another = layers.y != 0u;
-        layers = uvec2(layers.y - 1u, 0u);
-    } while (another);
+    uint count = layer_count(layers);
+    for (uint i = 0u; i < count; i++) {
+        casters = max(casters, textureGather(atlas, vec3(meet, float(layer_of(layers, i))), 0).wzxy);
+    }
     return casters;
 }
 

@@ -22,7 +22,7 @@ const PARAMETERS: &[Parameter] = &[
         allowed: "-8 to 8",
         meaning: "finest level allowed, relative to one texel a pixel",
     },
-    Parameter { key: "level", default: "min_length", allowed: "area or min_length", meaning: "level rule" },
+    Parameter { key: "level", default: "area", allowed: "area or min_length", meaning: "level rule" },
     Parameter { key: "requests", default: "flags", allowed: "sort or flags", meaning: "route from pixels to pages" },
     Parameter { key: "page", default: "128", allowed: "64, 128, 256 or 512", meaning: "side of a page in texels" },
     Parameter {
@@ -62,7 +62,7 @@ const PARAMETERS: &[Parameter] = &[
     Parameter {
         key: "table_kib",
         default: "7680",
-        allowed: "480 to 30720",
+        allowed: "240 to 30720",
         meaning: "device memory of the page table in KiB",
     },
     Parameter {
@@ -127,9 +127,9 @@ pub(super) fn config(spec: &MethodSpec, size: [u32; 2]) -> Result<Config, LabErr
     let mut config = Config::new(size);
     config.atlas_bytes = u64::from(spec.u32_in("atlas_mib", 64, 1..=1024)?) << 20;
     config.level_bias = spec.f32_in("bias", config.level_bias, -8.0..=8.0)?;
-    config.level_rule = match spec.one_of("level", "min_length", &["area", "min_length"])? {
-        "area" => LevelRule::Area,
-        _ => LevelRule::MinLength,
+    config.level_rule = match spec.one_of("level", "area", &["area", "min_length"])? {
+        "min_length" => LevelRule::MinLength,
+        _ => LevelRule::Area,
     };
     config.route = match spec.one_of("requests", "flags", &["sort", "flags"])? {
         "sort" => RequestRoute::Sort,
@@ -149,7 +149,7 @@ pub(super) fn config(spec: &MethodSpec, size: [u32; 2]) -> Result<Config, LabErr
         _ => Pressure::Demand,
     };
     config.page_table_bytes =
-        u64::from(spec.u32_in("table_kib", (config.page_table_bytes >> 10) as u32, 480..=30720)?) << 10;
+        u64::from(spec.u32_in("table_kib", (config.page_table_bytes >> 10) as u32, 240..=30720)?) << 10;
     config.spare_percent = spec.u32_in("spare", config.spare_percent, 0..=50)?;
     config.pages_per_frame = spec.u32_in("pages", config.pages_per_frame, 16..=4096)?;
     config.sun_pages_per_frame = spec.u32_in("sun_pages", config.sun_pages_per_frame, 16..=4096)?;

@@ -22,7 +22,7 @@ fn small() -> Config {
     Config {
         atlas_bytes: 64 * 4 * 64 * 64,
         page_texels: 64,
-        page_table_bytes: 480 << 11,
+        page_table_bytes: 240 << 11,
         pages_per_frame: 4096,
         sun_pages_per_frame: 4096,
         level_bias: -1.0,
@@ -332,7 +332,7 @@ fn invariants(config: &Config, table: &Table, kept: &Kept) -> Result<(), String>
         ("layers", c.pages + c.drawn_dynamic, capacity),
         ("layers drawn", c.drawn + c.drawn_dynamic, config.pages_per_frame),
         ("pairs", c.pairs_opaque + c.pairs_masked, config.pair_capacity),
-        ("nodes", c.leaves + c.nodes, 8 * config.request_capacity()),
+        ("nodes", c.leaves + c.nodes, 4 * config.request_capacity()),
         ("requests", c.leaves, config.request_capacity()),
         ("changed bounds", c.changed, 2 * kept.tracked.len() as u32),
     ];

@@ -382,7 +382,7 @@ fn configurations_that_cannot_serve_their_lights_are_refused() {
         other => panic!("{config:?}: {}", if other.is_ok() { "taken" } else { "another error" }),
     };
     let small = Config { mask_bits: 1, ..plenty(1) };
-    assert_eq!(refused(Config { lights: 171, page_table_bytes: 480 << 10, ..small.clone() }), "page_table_bytes");
+    assert_eq!(refused(Config { lights: 171, page_table_bytes: 240 << 10, ..small.clone() }), "page_table_bytes");
     assert_eq!(refused(Config { lights: 1366, ..small.clone() }), "lights");
     assert_eq!(refused(Config { lights: 0, ..small.clone() }), "lights");
     assert_eq!(refused(Config { lights: 17, route: RequestRoute::Sort, ..small.clone() }), "lights");
@@ -494,7 +494,7 @@ fn masks_of_all_widths_agree() {
         })
         .collect();
     for bits in [32, 8, 1] {
-        let config = Config { mask_bits: bits, level_bias: 0.0, page_table_bytes: 480 << 15, ..plenty(40) };
+        let config = Config { mask_bits: bits, level_bias: 0.0, page_table_bytes: 240 << 15, ..plenty(40) };
         let mut stage = EngineStage::bare(&lab, &config).unwrap();
         let ids: Vec<_> = lights.iter().map(|light| stage.engine().add_light(light).unwrap()).collect();
         for &i in &[1, 31, 32, 36] {

@@ -39,8 +39,8 @@ pub fn check(lab: &Bench, route: RequestRoute, capacity: u32, (frame, lights): &
         for (i, want) in made.iter().enumerate() {
             // an attempt that overflows counts on, until the page table is full
             let (counted, mut asked) = (c.requests[i], asked(route)(want));
-            if route == RequestRoute::Flags && asked >= 8 * capacity {
-                asked = 8 * capacity;
+            if route == RequestRoute::Flags && asked >= 4 * capacity {
+                asked = 4 * capacity;
             }
             let near = 2 * want.near.len() as u32;
             // the flags route stops inserting once it knows that the attempt failed
