@@ -102,6 +102,19 @@ const REQUEST_BYTES: u64 = 8 * (8 + 4 + size_of::<crate::gpu::structs::Node>() a
 /// Most pairs of a frame.
 pub(crate) const MAX_PAIRS: u32 = 1 << 21;
 
+/// Where the samples of a pixel lie, right of and below its middle, in pixels: Hammersley's points, no two in a row or a column,
+/// so that edges of any direction give all shares. The same in all pixels: turned ones would trade steps that follow an edge for
+/// noise. `samples`: a power of two, 1 to 65536; others give the places of the next.
+pub fn sample_places(samples: u32) -> Vec<[f64; 2]> {
+    let count = samples.clamp(1, 65536).next_power_of_two();
+    let least = 0.5 / f64::from(count) - 0.5;
+    let place = |i: u32| {
+        let mirrored = f64::from(i.reverse_bits()) / 4_294_967_296.0;
+        [f64::from(i) / f64::from(count) + least, mirrored + least]
+    };
+    (0..count).map(place).collect()
+}
+
 /// Plain data; every field is checked when the engine is made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
@@ -126,6 +139,12 @@ pub struct Config {
     pub mask_bits: u32,
     /// Whether pixels that the map cannot decide are decided by rays against the casters; without a filter only.
     pub exact: bool,
+    /// Samples a pixel with [`Config::exact`]: 1, 4, 8 or 16. Visibility is the share of them that the light reaches, so
+    /// that edges are antialiased (frustum-traced shadows, Wyman, Hoetzlein and Lefohn 2015, with points in place of the
+    /// frustum). They lie on the receiver's plane under the pixel, see [`sample_places`]. More than one needs 8 or 32 bits of
+    /// the mask. A view has room for one ray a pixel, or a quarter of its samples if these are more (44 bytes a ray); beyond
+    /// that the map decides.
+    pub samples: u32,
     /// What the lookup makes of the casters around a receiver.
     pub filter: Filter,
     /// Whether filtered visibility changes smoothly from level to level; the coarser pages are asked for too.
@@ -190,6 +209,7 @@ impl Config {
             lights: 1,
             mask_bits: 32,
             exact: false,
+            samples: 1,
             filter: Filter::Hard,
             level_blend: false,
             cull: Cull::None,
@@ -314,14 +334,21 @@ impl Config {
             self.mask_bits,
             format!("at most {max_layers} layers of the mask, not {} for {} lights", self.mask_layers(), self.lights),
         )?;
-        let bits = if hard { "1, 8 or 32" } else { "8 or 32 with a filter" };
+        let binary = hard && self.samples == 1;
+        let bits = if binary { "1, 8 or 32" } else { "8 or 32 with a filter or with several samples a pixel" };
         limit(
-            matches!(self.mask_bits, 8 | 32) || hard && self.mask_bits == 1,
+            matches!(self.mask_bits, 8 | 32) || binary && self.mask_bits == 1,
             "mask_bits",
             self.mask_bits,
             bits.into(),
         )?;
         limit(hard || !self.exact, "exact", self.exact, "false with a filter".into())?;
+        limit(
+            self.samples == 1 || self.exact && matches!(self.samples, 4 | 8 | 16),
+            "samples",
+            self.samples,
+            if self.exact { "1, 4, 8 or 16" } else { "1 without `exact`" }.into(),
+        )?;
         limit(!(hard && self.level_blend), "level_blend", self.level_blend, "false without a filter".into())?;
         limit((-8.0..=8.0).contains(&self.level_bias), "level_bias", self.level_bias, "-8 to 8".into())?;
         limit((0.0..=16.0).contains(&self.bias_texels), "bias_texels", self.bias_texels, "0 to 16".into())?;

@@ -35,7 +35,8 @@ impl Lookup {
         let pass = |sun| {
             let [blend, ranged] = [config.level_blend, config.filter.ranged()].map(u32::from);
             let (table, bits) = (config.table_size(), config.mask_bits);
-            let constants = [table, config.gutter, bits, sun, filter, taps, blend, ranged, traces, capacity];
+            let constants =
+                [table, config.gutter, bits, sun, filter, taps, blend, ranged, traces, capacity, config.samples];
             Compute::new(gpu, "lookup", spirv!("engine/lookup.comp"), &bindings, &constants, 0)
         };
         Ok(Self([pass(0)?, pass(1)?]))

@@ -14,7 +14,7 @@ use crate::{Config, Error};
 use ash::vk;
 use std::sync::Arc;
 
-/// Rays of a small image; others have as many as pixels.
+/// Rays of each sample of a small image; others have as many as pixels and a quarter of their samples.
 const LEAST_RAYS: u32 = 16384;
 
 /// What the passes of a view read and write.
@@ -81,7 +81,8 @@ impl View {
     ) -> Result<Self, Error> {
         let buffers = ViewBuffers::new(gpu, config)?;
         let frame = Binding::Uniform(&buffers.frame);
-        let rays = config.size[0].saturating_mul(config.size[1]).max(LEAST_RAYS);
+        let pixels = config.size[0].saturating_mul(config.size[1]);
+        let rays = pixels.saturating_mul(config.samples.div_ceil(4)).max(LEAST_RAYS * config.samples);
         let exact = bvh.map(|bvh| Exact::new(gpu, config, bvh, rays, frame, Some(&buffers.mask))).transpose()?;
         Ok(Self {
             gradient: Gradient::new(gpu, frame, receivers, Binding::StorageImage(&buffers.receiver))?,

@@ -449,6 +449,12 @@ impl EngineStage {
         Ok(self.engine.counters())
     }
 
+    /// Rays that the first view of the last frame asked for.
+    pub fn rays(&self, lab: &Lab) -> Result<u32> {
+        let exact = self.engine.views[0].exact.as_ref();
+        Ok(exact.map(|exact| read::<u32>(lab, &exact.count)).transpose()?.map_or(0, |words| words[0]))
+    }
+
     /// Forgets all history.
     pub fn forget(&mut self) {
         self.engine.forget();
