@@ -115,10 +115,20 @@ pub fn sample_places(samples: u32) -> Vec<[f64; 2]> {
     (0..count).map(place).collect()
 }
 
+/// Checks a width and height in pixels.
+pub(crate) fn check_size(field: &'static str, given: [u32; 2], most: [u32; 2]) -> Result<(), Error> {
+    if (0..2).all(|side| (1..=most[side]).contains(&given[side])) {
+        return Ok(());
+    }
+    let [given, most] = [given, most].map(|[w, h]| format!("{w}x{h}"));
+    Err(Error::Limit { field, given, limit: format!("1x1 to {most} pixels") })
+}
+
 /// Plain data; every field is checked when the engine is made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
-    /// Image size in pixels, 1 to 16384 each.
+    /// Width and height in pixels of the largest view, 1 to 16384 each; every view has its own
+    /// ([`crate::host::Receivers::size`]).
     pub size: [u32; 2],
     /// Device memory for the physical atlas, in bytes: one layer of `page_texels`^2 texels of 4 bytes a page.
     pub atlas_bytes: u64,
@@ -282,12 +292,13 @@ impl Config {
     }
 
     /// A pixel that is d levels short of its wish weighs 2^d, d at most this, so that the weights of all pixels fit 31 bits.
+    /// `pixels`: of all views.
     #[doc(hidden)]
-    pub fn weight_bits(&self) -> u32 {
+    pub fn weight_bits(&self, pixels: u64) -> u32 {
         if self.pressure == Pressure::Histogram {
             return 0;
         }
-        (30 - (u64::from(self.size[0]) * u64::from(self.size[1])).max(1).ilog2()).min(10)
+        30u32.saturating_sub(pixels.max(1).ilog2()).min(10)
     }
 
     /// Checks every field; `max_layers` is what the device allows in one array image.
@@ -295,13 +306,7 @@ impl Config {
         fn limit<T: std::fmt::Display>(ok: bool, field: &'static str, given: T, limit: String) -> Result<(), Error> {
             if ok { Ok(()) } else { Err(Error::Limit { field, given: given.to_string(), limit }) }
         }
-        let [w, h] = self.size;
-        limit(
-            (1..=16384).contains(&w) && (1..=16384).contains(&h),
-            "size",
-            format!("{w}x{h}"),
-            "1 to 16384 pixels a side".into(),
-        )?;
+        check_size("size", self.size, [16384; 2])?;
         let texels = self.page_texels;
         limit(matches!(texels, 64 | 128 | 256 | 512), "page_texels", texels, "64, 128, 256 or 512".into())?;
         let (hard, reach) = (self.filter == Filter::Hard, self.filter.reach());

@@ -105,7 +105,7 @@ fn shares_do_not_depend_on_the_pages() {
     for config in [
         Config { level_bias: 1.0, ..plenty.clone() },
         Config { level_bias: -6.0, ..plenty.clone() },
-        Config { page_texels: 64, ..plenty.clone() },
+        Config { page_texels: 64, atlas_bytes: 16 << 20, ..plenty.clone() },
         Config { atlas_bytes: 1 << 20, ..plenty },
     ] {
         let e = error(&lab, 0, 8, &shares(&lab, &config).0[0]);
