@@ -157,7 +157,10 @@ pub struct Config {
     pub samples: u32,
     /// What the lookup makes of the casters around a receiver.
     pub filter: Filter,
-    /// Whether filtered visibility changes smoothly from level to level; the coarser pages are asked for too.
+    /// Whether filtered visibility changes smoothly from level to level; the coarser pages are asked for too. It does so where
+    /// pixels get the pages that they ask for, with a [`Config::level_bias`] near 0; where coarser ones serve, levels change
+    /// from page to page as without. Half of the pixels see texels twice as large in part, and the coarser pages take room in
+    /// the atlas: where that is full, edges err by up to a thirtieth more.
     pub level_blend: bool,
     /// Sides of casters that are left out; off by default, since shadow truth is geometric.
     pub cull: Cull,

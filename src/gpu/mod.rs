@@ -111,7 +111,7 @@ impl Gpu {
 }
 
 /// Storage buffers of the pass that has most: the least `maxPerStageDescriptorStorageBuffers` of a device.
-pub const STORAGE_BUFFERS: u32 = 14;
+pub const STORAGE_BUFFERS: u32 = 13;
 /// Threads of the largest workgroup: the least `maxComputeWorkGroupInvocations` of a device.
 pub const GROUP_THREADS: u32 = 256;
 

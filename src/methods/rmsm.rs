@@ -57,7 +57,7 @@ const PARAMETERS: &[Parameter] = &[
         key: "blend",
         default: "false",
         allowed: "true or false",
-        meaning: "whether filtered shadows change smoothly from level to level",
+        meaning: "whether filtered shadows change smoothly from level to level, where bias is near 0 and the atlas has room",
     },
     Parameter {
         key: "pressure",
