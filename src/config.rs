@@ -102,10 +102,33 @@ const REQUEST_BYTES: u64 = 4 * (8 + 4 + size_of::<crate::gpu::structs::Node>() a
 /// Most pairs of a frame.
 pub(crate) const MAX_PAIRS: u32 = 1 << 21;
 
+/// Where the samples of a pixel lie, right of and below its middle, in pixels: Hammersley's points, no two in a row or a column,
+/// so that edges of any direction give all shares. The same in all pixels: turned ones would trade steps that follow an edge for
+/// noise. `samples`: a power of two, 1 to 65536; others give the places of the next.
+pub fn sample_places(samples: u32) -> Vec<[f64; 2]> {
+    let count = samples.clamp(1, 65536).next_power_of_two();
+    let least = 0.5 / f64::from(count) - 0.5;
+    let place = |i: u32| {
+        let mirrored = f64::from(i.reverse_bits()) / 4_294_967_296.0;
+        [f64::from(i) / f64::from(count) + least, mirrored + least]
+    };
+    (0..count).map(place).collect()
+}
+
+/// Checks a width and height in pixels.
+pub(crate) fn check_size(field: &'static str, given: [u32; 2], most: [u32; 2]) -> Result<(), Error> {
+    if (0..2).all(|side| (1..=most[side]).contains(&given[side])) {
+        return Ok(());
+    }
+    let [given, most] = [given, most].map(|[w, h]| format!("{w}x{h}"));
+    Err(Error::Limit { field, given, limit: format!("1x1 to {most} pixels") })
+}
+
 /// Plain data; every field is checked when the engine is made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
-    /// Image size in pixels, 1 to 16384 each.
+    /// Width and height in pixels of the largest view, 1 to 16384 each; every view has its own
+    /// ([`crate::host::Receivers::size`]).
     pub size: [u32; 2],
     /// Device memory for the physical atlas, in bytes: one layer of `page_texels`^2 texels of 4 bytes a page.
     pub atlas_bytes: u64,
@@ -126,9 +149,18 @@ pub struct Config {
     pub mask_bits: u32,
     /// Whether pixels that the map cannot decide are decided by rays against the casters; without a filter only.
     pub exact: bool,
+    /// Samples a pixel with [`Config::exact`]: 1, 4, 8 or 16. Visibility is the share of them that the light reaches, so
+    /// that edges are antialiased (frustum-traced shadows, Wyman, Hoetzlein and Lefohn 2015, with points in place of the
+    /// frustum). They lie on the receiver's plane under the pixel, see [`sample_places`]. More than one needs 8 or 32 bits of
+    /// the mask. A view has room for one ray a pixel, or a quarter of its samples if these are more (44 bytes a ray); beyond
+    /// that the map decides.
+    pub samples: u32,
     /// What the lookup makes of the casters around a receiver.
     pub filter: Filter,
-    /// Whether filtered visibility changes smoothly from level to level; the coarser pages are asked for too.
+    /// Whether filtered visibility changes smoothly from level to level; the coarser pages are asked for too. It does so where
+    /// pixels get the pages that they ask for, with a [`Config::level_bias`] near 0; where coarser ones serve, levels change
+    /// from page to page as without. Half of the pixels see texels twice as large in part, and the coarser pages take room in
+    /// the atlas: where that is full, edges err by up to a thirtieth more.
     pub level_blend: bool,
     /// Sides of casters that are left out; off by default, since shadow truth is geometric.
     pub cull: Cull,
@@ -190,6 +222,7 @@ impl Config {
             lights: 1,
             mask_bits: 32,
             exact: false,
+            samples: 1,
             filter: Filter::Hard,
             level_blend: false,
             cull: Cull::None,
@@ -262,12 +295,13 @@ impl Config {
     }
 
     /// A pixel that is d levels short of its wish weighs 2^d, d at most this, so that the weights of all pixels fit 31 bits.
+    /// `pixels`: of all views.
     #[doc(hidden)]
-    pub fn weight_bits(&self) -> u32 {
+    pub fn weight_bits(&self, pixels: u64) -> u32 {
         if self.pressure == Pressure::Histogram {
             return 0;
         }
-        (30 - (u64::from(self.size[0]) * u64::from(self.size[1])).max(1).ilog2()).min(10)
+        30u32.saturating_sub(pixels.max(1).ilog2()).min(10)
     }
 
     /// Checks every field; `max_layers` is what the device allows in one array image.
@@ -275,13 +309,7 @@ impl Config {
         fn limit<T: std::fmt::Display>(ok: bool, field: &'static str, given: T, limit: String) -> Result<(), Error> {
             if ok { Ok(()) } else { Err(Error::Limit { field, given: given.to_string(), limit }) }
         }
-        let [w, h] = self.size;
-        limit(
-            (1..=16384).contains(&w) && (1..=16384).contains(&h),
-            "size",
-            format!("{w}x{h}"),
-            "1 to 16384 pixels a side".into(),
-        )?;
+        check_size("size", self.size, [16384; 2])?;
         let texels = self.page_texels;
         limit(matches!(texels, 64 | 128 | 256 | 512), "page_texels", texels, "64, 128, 256 or 512".into())?;
         let (hard, reach) = (self.filter == Filter::Hard, self.filter.reach());
@@ -314,14 +342,21 @@ impl Config {
             self.mask_bits,
             format!("at most {max_layers} layers of the mask, not {} for {} lights", self.mask_layers(), self.lights),
         )?;
-        let bits = if hard { "1, 8 or 32" } else { "8 or 32 with a filter" };
+        let binary = hard && self.samples == 1;
+        let bits = if binary { "1, 8 or 32" } else { "8 or 32 with a filter or with several samples a pixel" };
         limit(
-            matches!(self.mask_bits, 8 | 32) || hard && self.mask_bits == 1,
+            matches!(self.mask_bits, 8 | 32) || binary && self.mask_bits == 1,
             "mask_bits",
             self.mask_bits,
             bits.into(),
         )?;
         limit(hard || !self.exact, "exact", self.exact, "false with a filter".into())?;
+        limit(
+            self.samples == 1 || self.exact && matches!(self.samples, 4 | 8 | 16),
+            "samples",
+            self.samples,
+            if self.exact { "1, 4, 8 or 16" } else { "1 without `exact`" }.into(),
+        )?;
         limit(!(hard && self.level_blend), "level_blend", self.level_blend, "false without a filter".into())?;
         limit((-8.0..=8.0).contains(&self.level_bias), "level_bias", self.level_bias, "-8 to 8".into())?;
         limit((0.0..=16.0).contains(&self.bias_texels), "bias_texels", self.bias_texels, "0 to 16".into())?;

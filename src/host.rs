@@ -66,6 +66,8 @@ pub struct Receivers {
     pub depth: vk::ImageView,
     /// R32_UINT: geometric normal towards the eye, octahedral, two 16-bit signed fractions.
     pub normal: vk::ImageView,
+    /// Width and height of both in pixels, 1 to those of [`crate::Config::size`].
+    pub size: [u32; 2],
 }
 
 /// What changes from frame to frame in a view. All views of a frame have the same origin.

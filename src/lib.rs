@@ -59,7 +59,7 @@ pub mod twin;
 pub mod view;
 
 pub use camera::Camera;
-pub use config::{Config, Cull, Filter, LevelRule, Pressure, RequestRoute};
+pub use config::{Config, Cull, Filter, LevelRule, Pressure, RequestRoute, sample_places};
 pub use engine::{Engine, LightId};
 pub use error::Error;
 pub use light::Light;

@@ -15,6 +15,8 @@ mod cache;
 mod compact;
 #[path = "gpu/comparators.rs"]
 mod comparators;
+#[path = "gpu/coverage.rs"]
+mod coverage;
 #[path = "gpu/exact.rs"]
 mod exact;
 #[path = "gpu/filter.rs"]

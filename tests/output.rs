@@ -179,7 +179,7 @@ fn view() -> (GBuffer, Camera, Light) {
         width: width as u32,
         height: height as u32,
         eye: DVec3::ZERO,
-        pixel: 0.1,
+        ray_steps: [0.1 * DVec3::X, -0.1 * DVec3::Y],
         position: (0..width * height).map(|i| [i as f32, 0.0, 0.0]).collect(),
         normal: hit.iter().map(|h| if *h { [0.0, 1.0, 0.0] } else { [0.0; 3] }).collect(),
         albedo: vec![0xff80_8080; width * height],

@@ -3,7 +3,10 @@
 #[path = "support/spirv.rs"]
 mod spirv;
 
-use spirv::{Module, Shader, Struct, assert_layout, check_layout, committed, files, instructions, path, read};
+use spirv::{
+    Module, Resource, Shader, Struct, assert_layout, check_layout, committed, files, instructions, path, read,
+    resources,
+};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::mem::offset_of;
@@ -91,6 +94,32 @@ fn modules_run_on_vulkan_1_2_and_carry_no_debug_text() {
             // LocalSizeId forces a host to turn on maintenance4
             assert!(!(op == 331 && operands[1] == 38), "{name}: LocalSizeId");
         }
+    }
+}
+
+/// The largest pass needs as many storage buffers as are asked of a device, and nothing beyond what every device has.
+#[test]
+fn passes_need_what_is_asked_of_a_device() {
+    let mut passes: BTreeMap<String, BTreeMap<(u32, u32), Resource>> = BTreeMap::new();
+    for Shader { name, words } in committed("") {
+        // the stages of a graphics pipeline share one layout, which every stage sees
+        let pass = name.rsplit_once('.').expect("a stage").0.to_owned();
+        passes.entry(pass).or_default().extend(resources(&words));
+    }
+    let most = |kind| {
+        let count = |pass: &BTreeMap<_, Resource>| pass.values().filter(|&&r| r == kind).count() as u32;
+        passes.iter().map(|(name, pass)| (count(pass), name)).max().expect("a pass")
+    };
+    let (storage_buffers, largest) = most(Resource::StorageBuffer);
+    assert_eq!(storage_buffers, umbrage::gpu::STORAGE_BUFFERS, "{largest}");
+    // required limits of Vulkan 1.3 (specification, table 53)
+    for (kind, least) in [(Resource::UniformBuffer, 12), (Resource::SampledImage, 16), (Resource::StorageImage, 4)] {
+        let (count, name) = most(kind);
+        assert!((1..=least).contains(&count), "{name}: {count} of {kind:?}");
+    }
+    for Shader { name, words } in committed("") {
+        let threads = read(&words).local_size.map_or(0, |size| size.iter().product());
+        assert!(threads <= umbrage::gpu::GROUP_THREADS, "{name}: {threads} threads");
     }
 }
 

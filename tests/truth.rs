@@ -349,7 +349,7 @@ fn gbuffer(pixels: &[Surface]) -> GBuffer {
     let eye = Vec3::new(0.0, 64.0, 0.0);
     GBuffer {
         eye: eye.as_dvec3(),
-        pixel: 1.0,
+        ray_steps: [DVec3::X, DVec3::Z],
         width: pixels.len() as u32,
         height: 1,
         position: pixels.iter().map(|p| p.map_or([0.0; 3], |p| (p.0 - eye).to_array())).collect(),
@@ -522,7 +522,7 @@ fn a_centimetre_in_ten_kilometres() {
         width: count as u32,
         height: 1,
         eye,
-        pixel,
+        ray_steps: [pixel * DVec3::X, pixel * DVec3::Z],
         position,
         normal: vec![[0.0, 1.0, 0.0]; count],
         albedo: vec![0; count],
@@ -585,8 +585,8 @@ fn reference_rejects_what_it_cannot_use() {
     let short = GBuffer { normal: Vec::new(), ..good.clone() };
     assert!(trace(&scene, &short, &down).unwrap_err().to_string().contains("normal"));
     assert!(trace(&scene, &GBuffer::default(), &down).is_err(), "no pixel");
-    let flat = GBuffer { pixel: 0.0, ..good.clone() };
-    assert!(trace(&scene, &flat, &down).unwrap_err().to_string().contains("pixel 0"));
+    let flat = GBuffer { ray_steps: [DVec3::X; 2], ..good.clone() };
+    assert!(trace(&scene, &flat, &down).unwrap_err().to_string().contains("span a pixel"));
 }
 
 #[test]

@@ -18,6 +18,7 @@ layout(constant_id = 6) const bool LEVEL_BLEND = false;
 layout(constant_id = 7) const bool RANGED = false;  // whether `ranges` are known
 layout(constant_id = 8) const bool EXACT = false;     // whether what the map cannot decide is left to rays
 layout(constant_id = 9) const uint RAY_CAPACITY = 0u;
+layout(constant_id = 10) const uint SAMPLES = 1u;     // of a pixel, with EXACT
 layout(std140, binding = 0) uniform FrameBlock { Frame frame; };
 layout(binding = 1) uniform sampler2D depth_image;
 layout(binding = 2) uniform usampler2D receiver_image;
@@ -29,7 +30,7 @@ layout(std430, binding = 7) readonly buffer Lights { Light lights[]; };
 layout(std430, binding = 8) readonly buffer TileLights { uint tile_lights[]; };
 layout(std430, binding = 9) readonly buffer Ranges { vec2 ranges[]; };
 layout(std430, binding = 10) buffer RayCount { uint ray_count; };
-layout(std430, binding = 11) writeonly buffer RayItems { uvec2 ray_items[]; };  // x: pixel, 16 bits each; y: slot of the light
+layout(std430, binding = 11) writeonly buffer RayItems { uvec2 ray_items[]; };  // see exact_resolve.comp
 layout(std430, binding = 12) writeonly buffer Rays { vec4 rays[]; };  // two each: receiver relative to the eye and t_max, direction and packed normal
 
 #include "shared/light_receiver.glsl"
@@ -37,47 +38,173 @@ layout(std430, binding = 12) writeonly buffer Rays { vec4 rays[]; };  // two eac
 #include "host/umbrage_lookup.glsl"
 #include "host/umbrage_filter.glsl"
 #include "shared/decide.glsl"
+#include "shared/mask.glsl"
 
-// Visibility, or 0 and a ray where the map cannot decide.
+bool is_sun(Light light) { return SUN || light.kind.x == LIGHT_DIRECTIONAL; }
+
+// Which part of a ball around a receiver a light reaches: all (MAP_LIT), nothing or some of it.
+int light_reaches(Light light, vec3 from_eye, float radius) {
+    if (is_sun(light)) {
+        return MAP_LIT;
+    }
+    vec3 q = from_eye + light.eye.xyz;
+    // towards the end of the cone this falls twice as fast as the distance at most
+    float inside = min(light.place.w - length(q), 0.5 * (dot(light.axis_z.xyz, q) - light.eye.w * length(q)));
+    return inside > radius ? MAP_LIT : inside < -radius ? MAP_SHADOWED : MAP_UNDECIDED;
+}
+
+// A receiver as the texels of the page that serves it see it.
+struct View {
+    Plane plane;
+    uvec2 layers;
+    vec2 dx;    // change of place per pixel, in texels
+    vec2 dy;
+    float rise; // stored depth for each length towards the light
+    bool fine;  // for map_decides
+};
+
+// MAP_LOOK and the view, or what is known without.
+int find_view(uint slot, Light light, vec3 from_eye, vec3 n, vec3 dx, vec3 dy, out View view) {
+    Receiver r;
+    if (!light_receiver(frame, light, from_eye, n, dx, dy, r)) {
+        return MAP_SHADOWED;
+    }
+    if (!on_face(r.page)) {
+        return MAP_LIT;
+    }
+    uint entry = umbrage_entry(key_of(r.level, slot * FACES + r.face, uvec2(r.page) >> r.level));
+    float footprint = length(from_eye) * frame.ray_dy.w;
+    float texel = r.unit * power_of_two(entry_level(entry)) / frame.rule.x;
+    if (entry == 0u || !(texel <= MOST_PIXELS * footprint)) {
+        return MAP_UNDECIDED;
+    }
+    float texels = frame.rule.x * power_of_two(-entry_level(entry));
+    bool fine = SELF * light.rule.y <= footprint;
+    float rise = is_sun(light) ? r.per_length : r.depth / length(from_eye + light.eye.xyz);
+    view = View(umbrage_plane(light, r, entry), umbrage_layers(entry), texels * r.dx, texels * r.dy, rise, fine);
+    return MAP_LOOK;
+}
+
+// The surface may rise above the plane of a pixel's middle by this share of the way from there: samples are moved so far
+// towards the light that it does not shadow itself, for no more than the way.
+const float BEND = 0.2;
+
+// Part of a sample's way from the middle of its pixel by which it is moved towards the light.
+float towards_light(Light light, vec3 from_eye, vec3 n) {
+    vec3 way = is_sun(light) ? light.axis_z.xyz : normalize(from_eye + light.eye.xyz);
+    return BEND / max(-dot(n, way), BEND);
+}
+
+// A side of a pixel on the receiver's plane: not lifted off it by rounding, and where the plane is seen edge-on no longer than
+// the way to the eye.
+vec3 pixel_side(vec3 from_eye, vec3 n, vec3 d) {
+    d -= n * dot(n, d);
+    return d * min(1.0, length(from_eye) / max(length(d), 1e-30));
+}
+
+// The place of a sample in its pixel: Hammersley's points, no two in a row or a column. They are the same in all pixels: turned
+// ones would trade steps that follow an edge for noise.
+vec2 sample_place(uint i) {
+    float least = 0.5 / float(SAMPLES) - 0.5;
+    return vec2(float(i) / float(SAMPLES), float(bitfieldReverse(i)) / 4294967296.0) + least;
+}
+
+vec3 sample_point(uint i, Light light, vec3 from_eye, vec3 n, vec3 side_x, vec3 side_y) {
+    if (SAMPLES == 1u) {
+        return from_eye;
+    }
+    vec2 place = sample_place(i);
+    vec3 shift = place.x * side_x + place.y * side_y;
+    vec3 at = from_eye + shift;
+    float move = length(shift) * towards_light(light, at, n);
+    vec3 q = at + light.eye.xyz;
+    return at - (is_sun(light) ? move * light.axis_z.xyz : q * min(move / length(q), 0.5));
+}
+
+// A sample that the map calls lit is counted, and one that it leaves in doubt gets a bit.
+void count_sample(uint i, int decision, inout uint lit, inout uint asked) {
+    lit += uint(decision == MAP_LIT);
+    asked |= uint(decision == MAP_UNDECIDED) << i;
+}
+
+// All samples of a pixel by one page; false where they do not lie in one.
+bool page_decides(uint slot, Light light, vec3 from_eye, vec3 n, vec3 side_x, vec3 side_y, inout uint lit, inout uint asked) {
+    float farthest = 0.5 * (length(side_x) + length(side_y));
+    int reached = light_reaches(light, from_eye, 2.0 * farthest);
+    if (reached != MAP_LIT) {
+        return reached == MAP_SHADOWED;
+    }
+    View view;
+    int found = find_view(slot, light, from_eye, n, side_x, side_y, view);
+    if (found != MAP_LOOK) {
+        return found == MAP_SHADOWED;
+    }
+    Plane plane = view.plane;
+    vec2 extent = 0.5 * (abs(view.dx) + abs(view.dy));
+    vec2 last = vec2(textureSize(atlas, 0).xy) - 2.0;
+    if (any(lessThan(plane.texel - extent, vec2(1.0))) || any(greaterThanEqual(plane.texel + extent, last + 1.0))) {
+        return false;
+    }
+    // as many quads as the samples one by one take
+    float rise = view.rise * towards_light(light, from_eye, n);
+    int all = map_decides_all(plane, view.layers, view.fine, extent, rise * farthest, 2.0 * float(SAMPLES));
+    lit = all == MAP_LIT ? SAMPLES : 0u;
+    for (uint i = 0u; i < SAMPLES && all == MAP_UNDECIDED; i++) {
+        vec2 place = sample_place(i);
+        vec2 shift = place.x * view.dx + place.y * view.dy;
+        float depth = plane.depth + dot(plane.slope, shift) + rise * length(place.x * side_x + place.y * side_y);
+        Plane at = Plane(plane.texel + shift, depth, plane.slope, plane.bias);
+        count_sample(i, map_decides(at, view.layers, view.fine), lit, asked);
+    }
+    return true;
+}
+
+// The share of a pixel's samples that the light reaches, or 0 and rays where the map cannot decide (frustum-traced shadows,
+// Wyman, Hoetzlein and Lefohn 2015, take 32 samples of the pixel's quad on the receiver's plane).
+float exact_visibility(uint slot, Light light, vec3 from_eye, vec3 n, vec3 dx, vec3 dy) {
+    vec3 side_x = dx, side_y = dy;
+    uint lit = 0u;
+    uint asked = 0u;  // a bit for each sample that the map leaves in doubt
+    bool decided = false;
+    if (SAMPLES > 1u) {
+        side_x = pixel_side(from_eye, n, dx);
+        side_y = pixel_side(from_eye, n, dy);
+        decided = page_decides(slot, light, from_eye, n, side_x, side_y, lit, asked);
+    }
+    for (uint i = 0u; i < SAMPLES && !decided; i++) {
+        View view;
+        int decision = find_view(slot, light, sample_point(i, light, from_eye, n, side_x, side_y), n, side_x, side_y, view);
+        decision = decision == MAP_LOOK ? map_decides(view.plane, view.layers, view.fine) : decision;
+        count_sample(i, decision, lit, asked);
+    }
+    uint count = bitCount(asked);
+    if (count == 0u) {
+        return float(lit) / float(SAMPLES);
+    }
+    uint index = atomicAdd(ray_count, count);
+    bool room = index + count <= RAY_CAPACITY;
+    uint packed = slot | lit << 16 | count << 24;
+    for (; asked != 0u; asked &= asked - 1u) {
+        vec3 from = sample_point(uint(findLSB(asked)), light, from_eye, n, side_x, side_y);
+        if (!room) {
+            lit += uint(umbrage_visibility(slot, light, from, n, dx, dy));
+        }
+        if (index < RAY_CAPACITY) {
+            ray_items[index] = uvec2(gl_GlobalInvocationID.x | gl_GlobalInvocationID.y << 16, room ? packed : 0u);
+            rays[2u * index] = vec4(from, is_sun(light) ? 1e30 : 1.0);
+            rays[2u * index + 1u] = vec4(is_sun(light) ? -light.axis_z.xyz : -(from + light.eye.xyz), uintBitsToFloat(encode_normal(n)));
+        }
+        packed = 0u;
+        index++;
+    }
+    return room ? 0.0 : float(lit) / float(SAMPLES);
+}
+
 float visibility_of(uint slot, Light light, vec3 from_eye, vec3 n, vec3 dx, vec3 dy) {
     if (FILTER != FILTER_HARD) {
         return umbrage_filtered(slot, light, from_eye, n, dx, dy, gl_GlobalInvocationID.xy);
     }
-    if (!EXACT) {
-        return umbrage_visibility(slot, light, from_eye, n, dx, dy);
-    }
-    Receiver r;
-    if (!light_receiver(frame, light, from_eye, n, dx, dy, r)) {
-        return 0.0;
-    }
-    if (!on_face(r.page)) {
-        return 1.0;
-    }
-    uint entry = umbrage_entry(key_of(r.level, slot * FACES + r.face, uvec2(r.page) >> r.level));
-    int decision = MAP_UNDECIDED;
-    if (entry != 0u) {
-        float footprint = length(from_eye) * frame.ray_dy.w;
-        float texel = r.unit * power_of_two(entry_level(entry)) / frame.rule.x;
-        if (texel <= MOST_PIXELS * footprint) {
-            decision = map_decides(umbrage_plane(light, r, entry), umbrage_layers(entry), SELF * light.rule.y <= footprint);
-        }
-    }
-    if (decision != MAP_UNDECIDED) {
-        return float(decision);
-    }
-    uint index = atomicAdd(ray_count, 1u);
-    if (index >= RAY_CAPACITY) {
-        return umbrage_visibility(slot, light, from_eye, n, dx, dy);
-    }
-    bool sun = SUN || light.kind.x == LIGHT_DIRECTIONAL;
-    ray_items[index] = uvec2(gl_GlobalInvocationID.x | gl_GlobalInvocationID.y << 16, slot);
-    rays[2u * index] = vec4(from_eye, sun ? 1e30 : 1.0);
-    rays[2u * index + 1u] = vec4(sun ? -light.axis_z.xyz : -(from_eye + light.eye.xyz), uintBitsToFloat(encode_normal(n)));
-    return 0.0;
-}
-
-uint encode(float visibility) {
-    return MASK_BITS == 32u ? floatBitsToUint(visibility) : uint(visibility * float((1u << MASK_BITS) - 1u) + 0.5);
+    return EXACT ? exact_visibility(slot, light, from_eye, n, dx, dy) : umbrage_visibility(slot, light, from_eye, n, dx, dy);
 }
 
 void main() {
@@ -95,7 +222,7 @@ void main() {
     if (SUN) {
         // the words of the layers beyond the first light's are not read
         float visibility = stored > 0.0 ? visibility_of(0u, frame.sun, from_eye, n, dx, dy) : 1.0;
-        imageStore(mask_image, ivec3(pixel, 0), uvec4(encode(visibility)));
+        imageStore(mask_image, ivec3(pixel, 0), uvec4(encode_visibility(visibility)));
         return;
     }
     uint words = (frame.lights.x + 31u) / 32u;
@@ -109,11 +236,11 @@ void main() {
         bits &= in_layer == 32u ? 0xffffffffu : (1u << in_layer) - 1u;
         uint word = 0u;
         if (stored <= 0.0) {
-            word = MASK_BITS == 32u ? encode(1.0) : 0xffffffffu;
+            word = MASK_BITS == 32u ? encode_visibility(1.0) : 0xffffffffu;
         } else {
             for (; bits != 0u; bits &= bits - 1u) {
                 uint light = uint(findLSB(bits));
-                word |= encode(visibility_of(first + light, lights[frame.size.w + first + light], from_eye, n, dx, dy)) << (light * MASK_BITS % 32u);
+                word |= encode_visibility(visibility_of(first + light, lights[frame.size.w + first + light], from_eye, n, dx, dy)) << (light * MASK_BITS % 32u);
             }
         }
         imageStore(mask_image, ivec3(pixel, layer), uvec4(word));

@@ -103,6 +103,10 @@ void ask(uint slot, Light light, vec3 from_eye, vec3 n, vec3 dx, vec3 dy) {
 }
 
 void main() {
+    // later attempts have as many groups as the largest view
+    if (any(greaterThanEqual(8u * gl_WorkGroupID.xy, frame.size.xy))) {
+        return;
+    }
     uint local = gl_LocalInvocationIndex;
     for (uint i = local; i < SHARED; i += 64u) {
         shared_x[i] = 0u;
@@ -120,7 +124,7 @@ void main() {
     if (!SUN) {
         find_tile_lights(depth, stored > 0.0);
         barrier();
-        uint tile = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * words;
+        uint tile = (gl_WorkGroupID.y * ((frame.size.x + 7u) / 8u) + gl_WorkGroupID.x) * words;
         for (uint i = local; i < words; i += 64u) {
             tile_lights[tile + i] = box_lights[i];
         }

@@ -24,6 +24,8 @@ struct Receiver {
     vec2 slope;    // change of stored depth per unit along the receiver's plane
     float per_length;  // stored depth per world length along z
     float unit;    // world length of a unit there
+    vec2 dx;       // change of place per pixel, in units
+    vec2 dy;
 };
 
 // Levels are blended over this share of each, at its coarse end.
@@ -108,6 +110,8 @@ bool light_receiver(Frame frame, Light light, vec3 from_eye, vec3 n, vec3 dx, ve
         r.inside = mix(r.inside, vec2(1.0), greaterThan(r.page, last));
         r.page = min(r.page, last);
     }
+    r.dx = light.scale.x * ls_dx;
+    r.dy = light.scale.x * ls_dy;
     r.level = footprint_level(frame, light, ls_dx, ls_dy, r.coarser);
     return true;
 }

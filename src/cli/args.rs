@@ -123,6 +123,9 @@ pub struct CompareArgs {
     /// Timed rounds, 1 to 1000, after 3 to 64 that are not timed; each runs every method once.
     #[arg(long, value_name = "N", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub rounds: u32,
+    /// Compares also with the share of N ray-traced samples a pixel, a power of two up to 64.
+    #[arg(long, value_name = "N", value_parser = coverage)]
+    pub coverage: Option<u32>,
 }
 
 #[derive(Debug, clap::Args)]
@@ -168,6 +171,15 @@ pub enum PathChoice {
 /// The methods in the order typed.
 #[derive(Debug, Clone)]
 pub struct MethodList(pub Vec<MethodSpec>);
+
+fn coverage(text: &str) -> Result<u32, String> {
+    let samples = text.parse().unwrap_or(0u32);
+    if samples.is_power_of_two() && samples <= 64 {
+        Ok(samples)
+    } else {
+        Err("allowed is 1, 2, 4, 8, 16, 32 or 64".into())
+    }
+}
 
 fn size(text: &str) -> Result<[u32; 2], String> {
     let allowed = format!("allowed is WxH with 1 to {MAX_SIDE} pixels a side, such as 1280x720");

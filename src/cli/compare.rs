@@ -9,11 +9,15 @@ use super::print;
 use super::progress::Progress;
 use super::report::{Comparison, LightErrors, Row, write_json};
 use super::setup;
+use std::rc::Rc;
 use umbrage::lab::Lab;
 use umbrage::methods;
 use umbrage::output::{Picture, side_by_side, write_png};
+use umbrage::truth::{CoverageError, Reference, TruthError, compare_coverage};
 
 const HEADER: [&str; 8] = ["method", "ms", "ratio", "MiB", "mismatch %", "edge_error %", "off_edge %", "lost %"];
+
+const COVERAGE: [&str; 2] = ["coverage %", "on edges %"];
 
 /// Runs, compares and writes the results.
 pub fn run(args: &CompareArgs) -> Result<(), Failure> {
@@ -28,6 +32,7 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     drop(bar);
 
     let references = setup::references(&lab, &progress)?;
+    let coverages = args.coverage.map(|samples| setup::coverages(&lab, samples, &progress)).transpose()?;
     let gbuffer = lab.gbuffer()?;
     let mut rows: Vec<Row> = Vec::new();
     let mut images: Vec<(&str, Picture)> = Vec::new();
@@ -35,7 +40,8 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     for ((spec, method), timings) in specs.iter().zip(&mut methods).zip(&timings) {
         let visibility = measure::visibility(&lab, method.as_mut())?;
         let errors = LightErrors::of(&visibility, &references)?;
-        let mut row = Row::new(&spec.text, timings, &method.memory(), errors);
+        let coverage = coverages.as_ref().map(|traced| coverage(&visibility, traced, &references)).transpose()?;
+        let mut row = Row { coverage, ..Row::new(&spec.text, timings, &method.memory(), errors) };
         row.ratio = row.ms.median / rows.first().unwrap_or(&row).ms.median;
         rows.push(row);
         images.push((&spec.text, pictures::shaded(&lab, &gbuffer, &visibility)?));
@@ -63,10 +69,20 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Errors over all lights together.
+fn coverage(
+    visibility: &[Vec<f32>],
+    traced: &[Vec<f32>],
+    references: &[Rc<Reference>],
+) -> Result<CoverageError, TruthError> {
+    let lights = visibility.iter().zip(traced).zip(references);
+    lights.map(|((image, traced), reference)| compare_coverage(image, traced, reference)).sum()
+}
+
 fn table(rows: &[Row]) -> String {
     let cells = |row: &Row| {
         let e = &row.errors.all;
-        vec![
+        let mut cells = vec![
             row.method.to_owned(),
             format!("{:.2}", row.ms.median),
             format!("{:.2}", row.ratio),
@@ -75,9 +91,14 @@ fn table(rows: &[Row]) -> String {
             format!("{:.2}", e.edge_error),
             format!("{:.4}", e.off_edge),
             format!("{:.4}", e.lost),
-        ]
+        ];
+        cells.extend(row.coverage.iter().flat_map(|c| [format!("{:.4}", c.mean), format!("{:.2}", c.edge)]));
+        cells
     };
-    let header = HEADER.map(str::to_owned).to_vec();
+    let mut header = HEADER.map(str::to_owned).to_vec();
+    if rows.iter().any(|row| row.coverage.is_some()) {
+        header.extend(COVERAGE.map(str::to_owned));
+    }
     print::table(&std::iter::once(header).chain(rows.iter().map(cells)).collect::<Vec<_>>(), 1)
 }
 

@@ -9,7 +9,7 @@ use umbrage::lab::{Lab, View};
 use umbrage::methods::{LevelStatistics, Statistics};
 use umbrage::output::write_file;
 use umbrage::scene::Scene;
-use umbrage::truth::{Metrics, Reference, TruthError, compare};
+use umbrage::truth::{CoverageError, Metrics, Reference, TruthError, compare};
 
 /// `stats.json`: one method on one view.
 #[derive(Debug, Serialize)]
@@ -83,6 +83,8 @@ pub struct Row<'a> {
     pub bytes: u64,
     #[serde(flatten)]
     pub errors: LightErrors,
+    #[serde(skip_serializing_if = "Option::is_none", serialize_with = "coverage")]
+    pub coverage: Option<CoverageError>,
     pub prepass_ms: f64,
     pub cold_ms: f64,
     pub wall_ms: f64,
@@ -98,12 +100,26 @@ impl<'a> Row<'a> {
             ratio: 1.0,
             bytes: total(memory),
             errors,
+            coverage: None,
             prepass_ms: timings.spread(|f| f.prepass_ms).median,
             cold_ms: timings.cold.ms,
             wall_ms: timings.spread(|f| f.wall_ms).median,
             stages: Named(timings.stages().into_iter().map(|(name, spread)| (name, spread.median)).collect()),
         }
     }
+}
+
+/// Distances from the ray-traced shares of samples, in percent.
+fn coverage<S: Serializer>(error: &Option<CoverageError>, serializer: S) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Shares {
+        mean: f64,
+        edge: f64,
+        worst: f64,
+        edge_pixels: u64,
+    }
+    let shares = |&CoverageError { mean, edge, worst, edge_pixels, .. }: &_| Shares { mean, edge, worst, edge_pixels };
+    error.as_ref().map(shares).serialize(serializer)
 }
 
 fn total(memory: &[(&'static str, u64)]) -> u64 {

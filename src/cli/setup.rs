@@ -8,7 +8,7 @@ use std::path::Path;
 use std::rc::Rc;
 use umbrage::lab::{Lab, LabError, LabOptions, View};
 use umbrage::scene::{self, LoadOptions, Motion};
-use umbrage::truth::Reference;
+use umbrage::truth::{Reference, reference_coverage};
 use umbrage::view::{DEFAULT_SIZE, ViewFile};
 
 /// What to type for the built-in scene.
@@ -89,6 +89,19 @@ pub fn references(lab: &Lab, progress: &Progress) -> Result<Vec<Rc<Reference>>, 
     let count = lab.view().lights.len();
     let one = |light| lab.reference(light, &|share| bar.at((light as f64 + share) / count as f64));
     Ok((0..count).map(one).collect::<Result<_, _>>()?)
+}
+
+/// Traces the shares of samples that each light of the view reaches, an image each.
+pub fn coverages(lab: &Lab, samples: u32, progress: &Progress) -> Result<Vec<Vec<f32>>, Failure> {
+    let bar = progress.bar("tracing the coverage");
+    let gbuffer = lab.gbuffer()?;
+    let count = lab.view().lights.len() as f64;
+    let lights = (0u32..).zip(&lab.view().lights);
+    let one = |(i, light): (u32, _)| {
+        let share = |share| bar.at((f64::from(i) + share) / count);
+        reference_coverage(lab.tracer(), lab.scene(), &gbuffer, light, samples, &share)
+    };
+    Ok(lights.map(one).collect::<Result<_, _>>()?)
 }
 
 /// Fails on the first message of the validation layer, where it is on.

@@ -38,7 +38,14 @@ pub(crate) struct Allocate {
 }
 
 impl Allocate {
-    pub(crate) fn new(gpu: &Arc<Gpu>, config: &Config, b: &Buffers, compact: Option<&Compact>) -> Result<Self, Error> {
+    /// `pixels`: of all views.
+    pub(crate) fn new(
+        gpu: &Arc<Gpu>,
+        config: &Config,
+        pixels: u64,
+        b: &Buffers,
+        compact: Option<&Compact>,
+    ) -> Result<Self, Error> {
         let table = config.table_size();
         let nodes = config.node_capacity();
         let counters = Binding::Storage(&b.counters);
@@ -46,7 +53,7 @@ impl Allocate {
             (Binding::Storage(&b.table_keys), Binding::Storage(&b.nodes), Binding::Storage(&b.node_list));
         let histogram = Binding::Storage(&b.histogram);
         let (chosen_keys, chosen_nodes) = (Binding::Storage(&b.chosen[0]), Binding::Storage(&b.chosen[1]));
-        let (frame, lights) = (Binding::Uniform(&b.frame), Binding::Storage(&b.lights));
+        let (frame, lights) = (b.frame(0), Binding::Storage(&b.lights));
         let (page, slots) = (Binding::Storage(&b.pages), Binding::Storage(&b.slots));
         let insert = compact.map(|c| {
             let bindings = [counters, Binding::Storage(&c.keys), Binding::Storage(&c.counts), keys, node, list];
@@ -60,7 +67,7 @@ impl Allocate {
                 "allocate_ancestors",
                 spirv!("engine/allocate_ancestors.comp"),
                 &[counters, keys, node, list, frame, lights, Binding::Storage(&b.roots)],
-                &[table, nodes, config.weight_bits()],
+                &[table, nodes, config.weight_bits(pixels)],
                 0,
             )?,
             rank: Compute::new(

@@ -4,7 +4,7 @@ use super::constants::FACES;
 use crate::gpu::structs::{
     COMMAND_BYTES, Counters, Frame, ITEM_BYTES, LightRecord, Node, PAIR_BYTES, Page, RUN, Slot, Tracked,
 };
-use crate::gpu::{Buffer, Gpu, Image, ImageSpec, Memory};
+use crate::gpu::{Binding, Buffer, Gpu, Image, ImageSpec, Memory};
 use crate::host::SceneBuffers;
 use crate::{Config, Error};
 use ash::vk;
@@ -28,15 +28,15 @@ pub(crate) mod arguments {
 }
 
 pub(crate) struct Buffers {
-    /// The constants of the first view, for the passes that are not of one view.
-    pub(crate) frame: Buffer,
+    /// Constants of each view; passes that are not of one view read the first's.
+    pub(crate) frames: Vec<Buffer>,
     /// A record for each light of each view.
     pub(crate) lights: Buffer,
     /// Table slot + 1 of the root of each face.
     pub(crate) roots: Buffer,
     pub(crate) active_faces: Buffer,
-    /// Fills bindings that a pass does not touch.
-    pub(crate) nothing: Buffer,
+    /// What fills bindings that a pass does not touch, one for each view, as lookups of several views overlap.
+    pub(crate) nothing: Vec<Buffer>,
     pub(crate) counters: Buffer,
     pub(crate) readback: Buffer,
     pub(crate) arguments: Buffer,
@@ -76,18 +76,16 @@ impl Buffers {
         let faces = u64::from(config.lights * FACES);
         let records = u64::from(config.lights * views) * size_of::<LightRecord>() as u64;
         use vk::ImageUsageFlags as I;
+        let frame = |_| {
+            let usage = U::UNIFORM_BUFFER | U::TRANSFER_DST;
+            Buffer::new(gpu, "frame constants", size_of::<Frame>() as u64, usage, Memory::Device)
+        };
         Ok(Self {
-            frame: Buffer::new(
-                gpu,
-                "frame constants",
-                size_of::<Frame>() as u64,
-                U::UNIFORM_BUFFER | U::TRANSFER_DST,
-                Memory::Device,
-            )?,
+            frames: (0..views).map(frame).collect::<Result<_, _>>()?,
             lights: storage("lights", records, U::TRANSFER_DST)?,
             roots: storage("roots of faces", 4 * faces, none)?,
             active_faces: storage("active faces", 2 * 4 * faces, none)?,
-            nothing: storage("nothing", 16, none)?,
+            nothing: (0..views).map(|_| storage("nothing", 16, none)).collect::<Result<_, _>>()?,
             counters: storage("counters", size_of::<Counters>() as u64, U::INDIRECT_BUFFER)?,
             readback: Buffer::new(
                 gpu,
@@ -128,6 +126,11 @@ impl Buffers {
         })
     }
 
+    /// Constants of a view.
+    pub(crate) fn frame(&self, view: usize) -> Binding<'_> {
+        Binding::Uniform(&self.frames[view])
+    }
+
     /// Device memory by purpose, in bytes.
     pub(crate) fn memory(&self) -> Vec<(&'static str, u64)> {
         vec![
@@ -151,7 +154,11 @@ impl Buffers {
             ("draw_lists", self.pair_counts.size + self.pairs.size + self.commands.size),
             (
                 "other",
-                self.frame.size + self.lights.size + self.counters.size + self.readback.size + self.arguments.size,
+                self.frames.iter().map(|frame| frame.size).sum::<u64>()
+                    + self.lights.size
+                    + self.counters.size
+                    + self.readback.size
+                    + self.arguments.size,
             ),
         ]
     }

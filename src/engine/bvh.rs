@@ -9,7 +9,7 @@
 //! Reads: instances, meshes, clusters, indices, positions, changes. Writes: the tree. It has room for every caster that the
 //! scene's buffers may hold; casters beyond that number are left out.
 
-use super::sort::BLOCK;
+use super::sort::{BLOCK, Passes};
 use crate::gpu::structs::Counters;
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Buffer, Compute, Gpu, spirv};
@@ -47,19 +47,14 @@ pub(crate) struct Bvh {
     pub(crate) changes: Buffer,
     tree: Buffer,
     firsts: Buffer,
-    keys: [Buffer; 2],
-    values: [Buffer; 2],
-    histogram: Buffer,
     counters: Buffer,
+    sort: Passes,
     listed: Buffer,
     list: Buffer,
     arguments: Buffer,
     scan: Compute,
     key: Compute,
     clusters: Compute,
-    count: [Compute; 2],
-    sum: Compute,
-    scatter: [Compute; 2],
     casters: Compute,
     top: Compute,
     /// Constants 0 to 10 of `glsl/shared/bvh.glsl`.
@@ -109,10 +104,8 @@ impl Bvh {
         let changes = storage("changes", 1 + u64::from(scene.instance_count))?;
         let tree = storage("tree", 4 * words)?;
         let firsts = storage("first casters", 1 + u64::from(scene.instance_count))?;
-        let keys = [storage("caster keys 0", 2 * many)?, storage("caster keys 1", 2 * many)?];
-        let values = [storage("caster order 0", many)?, storage("caster order 1", many)?];
-        let histogram = storage("caster histogram", 16 * u64::from(casters.div_ceil(BLOCK)))?;
         let counters = Buffer::storage(gpu, "caster counters", size_of::<Counters>() as u64, none)?;
+        let sort = Passes::new(gpu, &counters, casters)?;
         let listed = storage("clusters listed", 1 + u64::from(scene.index_count) / 96)?;
         let list = storage("clusters to build", 1 + many)?;
         let size = 12 * u64::from(argument::LEVELS + levels);
@@ -121,15 +114,6 @@ impl Bvh {
         let with = |more: &[u32]| [constants.as_slice(), more].concat();
         let (instances, meshes) = (Binding::External(scene.instances), Binding::External(scene.meshes));
         let clusters = Binding::External(scene.clusters);
-        let count = |i: usize| {
-            let bindings = [own(&counters), own(&keys[i]), own(&histogram)];
-            Compute::new(gpu, "bvh_sort_count", spirv!("engine/sort_count.comp"), &bindings, &[BLOCK], 4)
-        };
-        let scatter = |i: usize| {
-            let (keys_out, values_out) = (own(&keys[1 - i]), own(&values[1 - i]));
-            let bindings = [own(&counters), own(&keys[i]), own(&values[i]), own(&histogram), keys_out, values_out];
-            Compute::new(gpu, "bvh_sort_scatter", spirv!("engine/sort_scatter.comp"), &bindings, &[BLOCK], 4)
-        };
         let scan = [own(&counters), instances, meshes, own(&changes), own(&firsts), own(&arguments)];
         let key = [
             instances,
@@ -137,15 +121,15 @@ impl Bvh {
             clusters,
             own(&firsts),
             own(&changes),
-            own(&keys[0]),
-            own(&values[0]),
+            own(&sort.keys[0]),
+            own(&sort.values[0]),
             own(&listed),
             own(&list),
             own(&arguments),
         ];
         let (indices, positions) = (Binding::External(scene.indices), Binding::External(scene.positions));
         let build = [own(&list), clusters, indices, positions, own(&tree)];
-        let place = [instances, meshes, clusters, own(&firsts), own(&values[0]), own(&tree)];
+        let place = [instances, meshes, clusters, own(&firsts), own(&sort.values[0]), own(&tree)];
         let count_of = scene.instance_count;
         Ok(Self {
             scan: Compute::new(gpu, "bvh_scan", spirv!("engine/bvh_scan.comp"), &scan, &with(&[count_of, BLOCK]), 0)?,
@@ -158,16 +142,6 @@ impl Bvh {
                 0,
             )?,
             clusters: Compute::new(gpu, "bvh_clusters", spirv!("engine/bvh_clusters.comp"), &build, &constants, 0)?,
-            count: [count(0)?, count(1)?],
-            sum: Compute::new(
-                gpu,
-                "bvh_sort_scan",
-                spirv!("engine/sort_scan.comp"),
-                &[own(&counters), own(&histogram)],
-                &[BLOCK],
-                4,
-            )?,
-            scatter: [scatter(0)?, scatter(1)?],
             casters: Compute::new(
                 gpu,
                 "bvh_casters",
@@ -180,10 +154,8 @@ impl Bvh {
             changes,
             tree,
             firsts,
-            keys,
-            values,
-            histogram,
             counters,
+            sort,
             listed,
             list,
             arguments,
@@ -207,9 +179,8 @@ impl Bvh {
 
     /// Device memory in bytes.
     pub(crate) fn bytes(&self) -> u64 {
-        let sort = self.keys.iter().chain(&self.values).chain([&self.histogram, &self.counters]);
-        let rest = [&self.changes, &self.tree, &self.firsts, &self.listed, &self.list, &self.arguments];
-        sort.chain(rest).map(|b| b.size).sum()
+        let own = [&self.changes, &self.tree, &self.firsts, &self.counters, &self.listed, &self.list, &self.arguments];
+        own.map(|b| b.size).iter().sum::<u64>() + self.sort.bytes()
     }
 
     /// Resets what [`Bvh::record`] counts. The caller orders this before it as transfer writes before compute.
@@ -243,15 +214,8 @@ impl Bvh {
         );
         // clusters and the first count are independent; clusters dominate
         plain(&self.clusters, argument::CLUSTERS);
-        for digit in 0..DIGITS {
-            let side = (digit % 2) as usize;
-            indirect(&self.count[side], 4 * digit, argument::BLOCKS);
-            next();
-            indirect(&self.sum, 16, argument::ONE);
-            next();
-            indirect(&self.scatter[side], 4 * digit, argument::BLOCKS);
-            next();
-        }
+        let [blocks, one] = [argument::BLOCKS, argument::ONE].map(|i| 12 * u64::from(i));
+        self.sort.record(cmd, DIGITS, &self.arguments, blocks, Some(one));
         plain(&self.casters, argument::CASTERS);
         next();
         for level in (0..self.constants[1] - 1).rev() {

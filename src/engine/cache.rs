@@ -34,7 +34,7 @@ impl Cache {
     ) -> Result<Self, Error> {
         let page = [config.page_texels, config.gutter];
         let slots = config.page_capacity();
-        let frame = Binding::Uniform(&b.frame);
+        let frame = b.frame(0);
         let counters = Binding::Storage(&b.counters);
         let (layers, order) = (Binding::Storage(&b.slots), Binding::Storage(&b.order));
         let changed = Binding::Storage(&b.changed);
@@ -52,7 +52,7 @@ impl Cache {
                     Binding::Storage(&b.tracked),
                     changed,
                     Binding::Storage(&b.items[1]),
-                    Binding::Storage(changes.unwrap_or(&b.nothing)),
+                    Binding::Storage(changes.unwrap_or(&b.nothing[0])),
                 ],
                 &[page[0], page[1], u32::from(changes.is_some())],
                 4,

@@ -102,12 +102,18 @@ pub(crate) struct History {
 }
 
 /// All constants of a view's frame but those of its lights.
-pub(crate) fn constants(config: &Config, scene: &SceneBuffers, input: &FrameInput, history: &History) -> Frame {
-    let camera = camera_constants(config.size, input);
+pub(crate) fn constants(
+    config: &Config,
+    size: [u32; 2],
+    scene: &SceneBuffers,
+    input: &FrameInput,
+    history: &History,
+) -> Frame {
+    let camera = camera_constants(size, input);
     let diagonal = DVec3::from(scene.bounds_max).distance(scene.bounds_min.into());
     let ray_start = (1e-5 * diagonal) as f32;
     Frame {
-        size: [config.size[0], config.size[1], u32::from(config.level_rule == LevelRule::MinLength), 0],
+        size: [size[0], size[1], u32::from(config.level_rule == LevelRule::MinLength), 0],
         cache: [history.flags, history.frame, config.still_frames, history.page_cost],
         rule: [config.interior() as f32, config.bias_texels * config.filter.bias(), config.drift_texels, ray_start],
         ..camera

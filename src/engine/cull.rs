@@ -42,7 +42,7 @@ impl Cull {
     pub(crate) fn new(gpu: &Arc<Gpu>, config: &Config, b: &Buffers, scene: &SceneBuffers) -> Result<Self, Error> {
         let faces = config.lights * FACES;
         let walk = [config.page_texels, config.gutter, config.table_size(), faces];
-        let frame = Binding::Uniform(&b.frame);
+        let frame = b.frame(0);
         let (counters, nodes) = (Binding::Storage(&b.counters), Binding::Storage(&b.nodes));
         let (pages, counts, pairs) =
             (Binding::Storage(&b.pages), Binding::Storage(&b.pair_counts), Binding::Storage(&b.pairs));

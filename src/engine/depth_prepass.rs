@@ -3,6 +3,7 @@
 
 use super::constants::camera_constants;
 use crate::Error;
+use crate::config::check_size;
 use crate::gpu::HostDevice;
 use crate::gpu::structs::Frame;
 use crate::gpu::sync::{self, Access};
@@ -40,7 +41,7 @@ pub struct DepthPrepass {
 }
 
 impl DepthPrepass {
-    /// Makes images of `size` pixels and the pipelines.
+    /// Makes images of `size` pixels, 1 to 16384 each, and the pipelines.
     ///
     /// # Errors
     /// As [`crate::Engine::new`].
@@ -55,6 +56,7 @@ impl DepthPrepass {
 
     pub(crate) fn on(gpu: &Arc<Gpu>, size: [u32; 2], scene: &SceneBuffers) -> Result<Self, Error> {
         use vk::ImageUsageFlags as I;
+        check_size("size", size, [16384; 2])?;
         let [width, height] = size;
         let image = |name: &str, format, usage| {
             let usage = usage | I::SAMPLED | I::TRANSFER_SRC;
@@ -95,7 +97,7 @@ impl DepthPrepass {
 
     /// Depth and normals, as [`crate::Engine::new`] takes them.
     pub fn receivers(&self) -> Receivers {
-        Receivers { depth: self.depth.view, normal: self.normal.view }
+        Receivers { depth: self.depth.view, normal: self.normal.view, size: self.size }
     }
 
     /// Draws the scene; leaves depth, normal and albedo readable by compute shaders.

@@ -15,7 +15,7 @@ pub(crate) struct Exact {
     /// Two `vec4` an item: receiver relative to the eye and `t_max`, direction and packed normal.
     pub(crate) rays: Buffer,
     pub(crate) visibility: Buffer,
-    /// Pixel and light of each.
+    /// Pixel and light of each, and how many are of the same pixel.
     pub(crate) items: Buffer,
     arguments: Buffer,
     prepare: Compute,
@@ -52,7 +52,7 @@ impl Exact {
                 .map(|mask| {
                     let bindings = [c, Binding::Storage(&items), v, Binding::StorageImage(mask)];
                     let words = spirv!("engine/exact_resolve.comp");
-                    Compute::new(gpu, "exact_resolve", words, &bindings, &[config.mask_bits], 4)
+                    Compute::new(gpu, "exact_resolve", words, &bindings, &[config.mask_bits, config.samples], 4)
                 })
                 .transpose()?,
             items,

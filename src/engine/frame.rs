@@ -51,9 +51,8 @@ impl Engine {
         );
         // SAFETY: the command buffer is recording; the constants are smaller than 64 KiB
         unsafe {
-            device.cmd_update_buffer(cmd, b.frame.raw, 0, bytemuck::bytes_of(constants));
-            for (view, constants) in self.views.iter().zip(&data.constants) {
-                device.cmd_update_buffer(cmd, view.buffers.frame.raw, 0, bytemuck::bytes_of(constants));
+            for (frame, constants) in b.frames.iter().zip(&data.constants) {
+                device.cmd_update_buffer(cmd, frame.raw, 0, bytemuck::bytes_of(constants));
             }
             let records: &[u8] = bytemuck::cast_slice(&data.lights);
             for (i, part) in records.chunks(UPDATE).enumerate() {
@@ -88,7 +87,7 @@ impl Engine {
         stage("reset");
 
         for view in &self.views {
-            view.gradient.record(cmd, size);
+            view.gradient.record(cmd, view.size);
             sync::image(device, cmd, &view.buffers.receiver, StorageImage, ComputeRead);
         }
         stage("gradient");
@@ -98,14 +97,14 @@ impl Engine {
         }
         for attempt in 1..=3 {
             next();
-            self.views[0].request.record_decision(cmd, attempt);
+            self.views[0].request.record_decision(cmd, attempt, size);
             sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite), (ComputeWrite, IndirectRead)]);
             for view in &self.views {
                 view.request.record_retry(cmd, b, attempt, sun);
             }
         }
         next();
-        self.views[0].request.record_decision(cmd, 4);
+        self.views[0].request.record_decision(cmd, 4, size);
         next();
         stage("request");
 
@@ -181,7 +180,7 @@ impl Engine {
         stage("tiles");
 
         for view in &self.views {
-            view.lookup.record(cmd, size, sun);
+            view.lookup.record(cmd, view.size, sun);
         }
         stage("lookup");
 

@@ -20,22 +20,23 @@ impl Lookup {
         gpu: &Arc<Gpu>,
         config: &Config,
         b: &Buffers,
-        view: &ViewBuffers,
+        (number, view): (usize, &ViewBuffers),
         receivers: &Receivers,
         exact: Option<&Exact>,
     ) -> Result<Self, Error> {
-        let common = Self::common(b, view, receivers);
+        let common = Self::common(b, number, view, receivers);
         let (tile_lights, ranges) = (Binding::Storage(&view.tile_lights), Binding::Storage(&b.ranges));
         let bindings = [&common[..6], &[Binding::StorageImage(&view.mask), common[6], tile_lights, ranges]].concat();
         // without rays these are not touched, but every binding must be filled
-        let rays = exact.map_or([&view.nothing; 3], |e| [&e.count, &e.items, &e.rays]).map(Binding::Storage);
+        let rays = exact.map_or([&b.nothing[number]; 3], |e| [&e.count, &e.items, &e.rays]).map(Binding::Storage);
         let bindings = [&bindings[..], &rays].concat();
         let [filter, taps] = config.filter.words();
         let [traces, capacity] = exact.map_or([0; 2], |exact| [1, exact.capacity]);
         let pass = |sun| {
             let [blend, ranged] = [config.level_blend, config.filter.ranged()].map(u32::from);
             let (table, bits) = (config.table_size(), config.mask_bits);
-            let constants = [table, config.gutter, bits, sun, filter, taps, blend, ranged, traces, capacity];
+            let constants =
+                [table, config.gutter, bits, sun, filter, taps, blend, ranged, traces, capacity, config.samples];
             Compute::new(gpu, "lookup", spirv!("engine/lookup.comp"), &bindings, &constants, 0)
         };
         Ok(Self([pass(0)?, pass(1)?]))
@@ -47,11 +48,11 @@ impl Lookup {
         gpu: &Arc<Gpu>,
         config: &Config,
         b: &Buffers,
-        view: &ViewBuffers,
+        (number, view): (usize, &ViewBuffers),
         receivers: &Receivers,
         target: &Image,
     ) -> Result<Compute, Error> {
-        let common = Self::common(b, view, receivers);
+        let common = Self::common(b, number, view, receivers);
         let bindings = [&common[..6], &[Binding::StorageImage(target), common[6]]].concat();
         let constants = [config.table_size(), config.gutter];
         let words = spirv!("engine/lookup_entries.comp");
@@ -59,9 +60,9 @@ impl Lookup {
     }
 
     /// What every lookup reads; the last are the lights.
-    fn common<'a>(b: &'a Buffers, view: &'a ViewBuffers, receivers: &Receivers) -> [Binding<'a>; 7] {
+    fn common<'a>(b: &'a Buffers, number: usize, view: &'a ViewBuffers, receivers: &Receivers) -> [Binding<'a>; 7] {
         [
-            Binding::Uniform(&view.frame),
+            b.frame(number),
             Binding::SampledView(receivers.depth),
             Binding::Sampled(&view.receiver),
             Binding::Storage(&b.table_keys),

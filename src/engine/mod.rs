@@ -23,7 +23,7 @@ pub(crate) mod view;
 pub use depth_prepass::{DepthPrepass, MeshDraw};
 pub use lights::LightId;
 
-use crate::config::RequestRoute;
+use crate::config::{RequestRoute, check_size};
 use crate::gpu::structs::{Counters, frame_flags};
 use crate::gpu::{Gpu, HostDevice, Timer};
 use crate::host::{FrameInput, Receivers, SceneBuffers};
@@ -62,8 +62,8 @@ pub struct Engine {
 }
 
 impl Engine {
-    /// Makes everything the engine needs; nothing is allocated afterwards. `views`: what each view of a frame sees, all of
-    /// [`Config::size`] pixels; they share pages.
+    /// Makes everything the engine needs; nothing is allocated afterwards. `views`: what each view of a frame sees;
+    /// they share pages.
     ///
     /// # Errors
     /// [`Error::Limit`] for a configuration out of range, [`Error::Unsupported`] for a device that lacks something,
@@ -112,28 +112,26 @@ impl Engine {
                 limit: format!("at most {most}, the draws of one command on this device"),
             });
         }
+        views.iter().try_for_each(|view| check_size("size of a view", view.size, config.size))?;
+        let pixels = views.iter().map(|view| u64::from(view.size[0]) * u64::from(view.size[1])).sum();
         let b = Buffers::new(gpu, config, scene, views.len() as u32)?;
         let sort = match config.route {
             RequestRoute::Flags => None,
             RequestRoute::Sort => {
                 // room for each key that a workgroup's 64 pixels may ask for
-                let groups = config.size[0].div_ceil(8) * config.size[1].div_ceil(8);
-                Some(sort::Sort::new(
-                    gpu,
-                    &b.counters,
-                    &b.arguments,
-                    64 * groups * views.len() as u32 * (1 + u32::from(config.level_blend)),
-                )?)
+                let groups: u32 = views.iter().map(|v| v.size[0].div_ceil(8) * v.size[1].div_ceil(8)).sum();
+                let capacity = 64 * groups * (1 + u32::from(config.level_blend));
+                Some(sort::Sort::new(gpu, &b.counters, &b.arguments, capacity)?)
             }
         };
         let compact = sort.as_ref().map(|sort| compact::Compact::new(gpu, &b, sort)).transpose()?;
         let bvh = config.exact.then(|| bvh::Bvh::new(gpu, scene)).transpose()?;
-        let view = |receivers| View::new(gpu, config, &b, sort.as_ref(), receivers, bvh.as_ref());
+        let view = |numbered| View::new(gpu, config, &b, sort.as_ref(), numbered, bvh.as_ref());
         Ok(Self {
-            views: views.iter().map(view).collect::<Result<_, _>>()?,
+            views: views.iter().enumerate().map(view).collect::<Result<_, _>>()?,
             lights: Lights::new(config.lights),
             cache: cache::Cache::new(gpu, config, &b, scene, bvh.as_ref().map(|bvh| &bvh.changes))?,
-            allocate: allocate::Allocate::new(gpu, config, &b, compact.as_ref())?,
+            allocate: allocate::Allocate::new(gpu, config, pixels, &b, compact.as_ref())?,
             cull: cull::Cull::new(gpu, config, &b, scene)?,
             tiles: tiles::Tiles::new(gpu, config, &b, scene)?,
             bvh,
@@ -226,7 +224,8 @@ impl Engine {
         }
         let (used, local) = (lights[0].len() as u32, u32::from(self.lights.any_local()));
         let constants = (0..).zip(inputs).map(|(view, input)| {
-            let mut constants = constants::constants(&self.config, &self.scene, input, &next);
+            let size = self.views[view as usize].size;
+            let mut constants = constants::constants(&self.config, size, &self.scene, input, &next);
             constants.size[3] = view * used;
             constants.lights = [used, local, 0, 0];
             constants.sun = lights[view as usize].first().copied().unwrap_or(Zeroable::zeroed());
@@ -262,8 +261,9 @@ impl Engine {
         memory
     }
 
-    /// The mask of a view: an array of R32_UINT images with [`Config::mask_bits`] for each light, in the order of slots from
-    /// the lowest bits of the first layer. 1 lit, 0 shadowed or not reached by the light, 1 where there is no surface. With
+    /// The mask of a view, of its size: an array of R32_UINT images with [`Config::mask_bits`] for each light, in the order of slots from
+    /// the lowest bits of the first layer. 1 lit, 0 shadowed or not reached by the light, 1 where there is no surface, shares with
+    /// a filter or several samples a pixel. With
     /// 32 bits the words are floats, and layer `i` is the light of slot `i`. Slots without a light mean nothing.
     ///
     /// # Panics

@@ -30,7 +30,7 @@ impl Request {
         gpu: &Arc<Gpu>,
         config: &Config,
         b: &Buffers,
-        view: &ViewBuffers,
+        (number, view): (usize, &ViewBuffers),
         sort: Option<&Sort>,
         receivers: &Receivers,
     ) -> Result<Self, Error> {
@@ -40,7 +40,7 @@ impl Request {
         let [keys, values] = sort.map_or([&b.chosen[0], &b.chosen[1]], |sort| [sort.keys(), sort.values()]);
         let constants = [config.table_size(), u32::from(flags), capacity];
         let bindings = [
-            Binding::Uniform(&view.frame),
+            b.frame(number),
             Binding::SampledView(receivers.depth),
             Binding::Sampled(&view.receiver),
             Binding::Storage(&b.counters),
@@ -73,7 +73,7 @@ impl Request {
                 &constants,
                 size_of::<RetryPush>(),
             )?,
-            groups: [config.size[0].div_ceil(8), config.size[1].div_ceil(8)],
+            groups: receivers.size.map(|side| side.div_ceil(8)),
         })
     }
 
@@ -86,13 +86,14 @@ impl Request {
         );
     }
 
-    /// Decides on the GPU whether attempt `next` must run; 4 follows the last and only takes stock.
-    pub(crate) fn record_decision(&self, cmd: vk::CommandBuffer, next: usize) {
+    /// Decides on the GPU whether attempt `next` must run; 4 follows the last and only takes stock. `size`: pixels that hold
+    /// any view; all views of an attempt are dispatched alike.
+    pub(crate) fn record_decision(&self, cmd: vk::CommandBuffer, next: usize, size: [u32; 2]) {
         let push = RetryPush {
             attempt: next as u32 - 1,
             shift: SHIFTS[next.min(3)],
-            groups_x: self.groups[0],
-            groups_y: self.groups[1],
+            groups_x: size[0].div_ceil(8),
+            groups_y: size[1].div_ceil(8),
             argument: arguments::RETRY[next - 1],
         };
         self.retry.dispatch(cmd, &push, [16, 1, 1]);

@@ -13,15 +13,79 @@ use std::sync::Arc;
 pub(crate) const BLOCK: u32 = 512;
 const DIGITS: u32 = 16;
 
-pub(crate) struct Sort {
-    pub(crate) capacity: u32,
-    keys: [Buffer; 2],
-    values: [Buffer; 2],
+/// The buffers that a sort goes through, from the first of each pair to the second and back, and its passes.
+pub(crate) struct Passes {
+    pub(crate) keys: [Buffer; 2],
+    pub(crate) values: [Buffer; 2],
     histogram: Buffer,
-    prepare: Compute,
     count: [Compute; 2],
     scan: Compute,
     scatter: [Compute; 2],
+    device: ash::Device,
+}
+
+impl Passes {
+    /// For at most `capacity` entries, as many as `sorted` of the counters says.
+    pub(crate) fn new(gpu: &Arc<Gpu>, counters: &Buffer, capacity: u32) -> Result<Self, Error> {
+        let make = |name: &str, bytes: u64| Buffer::storage(gpu, name, bytes, vk::BufferUsageFlags::empty());
+        let many = u64::from(capacity);
+        let keys = [make("sort keys 0", 8 * many)?, make("sort keys 1", 8 * many)?];
+        let values = [make("sort values 0", 4 * many)?, make("sort values 1", 4 * many)?];
+        let histogram = make("sort histogram", 4 * 16 * u64::from(capacity.div_ceil(BLOCK)))?;
+        let (c, h) = (Binding::Storage(counters), Binding::Storage(&histogram));
+        let [k, v] = [&keys, &values].map(|pair| [Binding::Storage(&pair[0]), Binding::Storage(&pair[1])]);
+        let pass = |name, words: &[u8], bindings: &[Binding<'_>]| Compute::new(gpu, name, words, bindings, &[BLOCK], 4);
+        let count = |i: usize| pass("sort_count", spirv!("engine/sort_count.comp"), &[c, k[i], h]);
+        let scatter = |i: usize| {
+            let bindings = [c, k[i], v[i], h, k[1 - i], v[1 - i]];
+            pass("sort_scatter", spirv!("engine/sort_scatter.comp"), &bindings)
+        };
+        Ok(Self {
+            count: [count(0)?, count(1)?],
+            scan: pass("sort_scan", spirv!("engine/sort_scan.comp"), &[c, h])?,
+            scatter: [scatter(0)?, scatter(1)?],
+            keys,
+            values,
+            histogram,
+            device: gpu.device.clone(),
+        })
+    }
+
+    pub(crate) fn bytes(&self) -> u64 {
+        self.keys.iter().chain(&self.values).chain([&self.histogram]).map(|b| b.size).sum()
+    }
+
+    /// Sorts by an even number of `digits` of 4 bits. `blocks`: offset in bytes of the dispatch over the blocks; `one`: of
+    /// that of a single group, where there is not always something to sort. The caller has ordered the writes of keys, values,
+    /// counters and arguments before.
+    pub(crate) fn record(
+        &self,
+        cmd: vk::CommandBuffer,
+        digits: u32,
+        arguments: &Buffer,
+        blocks: u64,
+        one: Option<u64>,
+    ) {
+        let next = || sync::barrier(&self.device, cmd, &[(Access::ComputeWrite, Access::ComputeWrite)]);
+        for digit in 0..digits {
+            let side = (digit % 2) as usize;
+            self.count[side].dispatch_indirect(cmd, &(4 * digit), arguments, blocks);
+            next();
+            match one {
+                Some(one) => self.scan.dispatch_indirect(cmd, &16u32, arguments, one),
+                None => self.scan.dispatch(cmd, &16u32, [1, 1, 1]),
+            }
+            next();
+            self.scatter[side].dispatch_indirect(cmd, &(4 * digit), arguments, blocks);
+            next();
+        }
+    }
+}
+
+pub(crate) struct Sort {
+    pub(crate) capacity: u32,
+    passes: Passes,
+    prepare: Compute,
     device: ash::Device,
 }
 
@@ -32,87 +96,41 @@ impl Sort {
         argument_buffer: &Buffer,
         capacity: u32,
     ) -> Result<Self, Error> {
-        let make = |name: &str, bytes: u64| {
-            Buffer::storage(gpu, name, bytes * u64::from(capacity), vk::BufferUsageFlags::empty())
-        };
-        let keys = [make("sort keys 0", 8)?, make("sort keys 1", 8)?];
-        let values = [make("sort values 0", 4)?, make("sort values 1", 4)?];
-        let blocks = u64::from(capacity.div_ceil(BLOCK));
-        let histogram = Buffer::storage(gpu, "sort histogram", 4 * 16 * blocks, vk::BufferUsageFlags::empty())?;
-        let constants = [BLOCK];
-        let c = Binding::Storage(counters);
-        let count = |i: usize| {
-            let bindings = [c, Binding::Storage(&keys[i]), Binding::Storage(&histogram)];
-            Compute::new(gpu, "sort_count", spirv!("engine/sort_count.comp"), &bindings, &constants, 4)
-        };
-        let scatter = |i: usize| {
-            let bindings = [
-                c,
-                Binding::Storage(&keys[i]),
-                Binding::Storage(&values[i]),
-                Binding::Storage(&histogram),
-                Binding::Storage(&keys[1 - i]),
-                Binding::Storage(&values[1 - i]),
-            ];
-            Compute::new(gpu, "sort_scatter", spirv!("engine/sort_scatter.comp"), &bindings, &constants, 4)
-        };
-        let (count, scatter) = ([count(0)?, count(1)?], [scatter(0)?, scatter(1)?]);
         Ok(Self {
+            passes: Passes::new(gpu, counters, capacity)?,
             prepare: Compute::new(
                 gpu,
                 "sort_prepare",
                 spirv!("engine/sort_prepare.comp"),
-                &[c, Binding::Storage(argument_buffer)],
-                &constants,
+                &[Binding::Storage(counters), Binding::Storage(argument_buffer)],
+                &[BLOCK],
                 size_of::<PreparePush>(),
             )?,
-            scan: Compute::new(
-                gpu,
-                "sort_scan",
-                spirv!("engine/sort_scan.comp"),
-                &[c, Binding::Storage(&histogram)],
-                &constants,
-                4,
-            )?,
-            count,
-            scatter,
             capacity,
-            keys,
-            values,
-            histogram,
             device: gpu.device.clone(),
         })
     }
 
     /// Keys before and after sorting.
     pub(crate) fn keys(&self) -> &Buffer {
-        &self.keys[0]
+        &self.passes.keys[0]
     }
 
     /// Values before and after sorting.
     pub(crate) fn values(&self) -> &Buffer {
-        &self.values[0]
+        &self.passes.values[0]
     }
 
     pub(crate) fn bytes(&self) -> u64 {
-        self.keys.iter().chain(&self.values).map(|b| b.size).sum::<u64>() + self.histogram.size
+        self.passes.bytes()
     }
 
     /// Sorts; the caller has ordered the writes of keys, values and counters before compute reads.
     pub(crate) fn record(&self, cmd: vk::CommandBuffer, b: &Buffers) {
         use Access::*;
-        let offset = 4 * u64::from(arguments::SORT);
         let push = PreparePush { capacity: self.capacity, argument: arguments::SORT };
         self.prepare.dispatch(cmd, &push, [1, 1, 1]);
         sync::barrier(&self.device, cmd, &[(ComputeWrite, ComputeWrite), (ComputeWrite, IndirectRead)]);
-        for digit in 0..DIGITS {
-            let side = (digit % 2) as usize;
-            self.count[side].dispatch_indirect(cmd, &(4 * digit), &b.arguments, offset);
-            sync::barrier(&self.device, cmd, &[(ComputeWrite, ComputeWrite)]);
-            self.scan.dispatch(cmd, &16u32, [1, 1, 1]);
-            sync::barrier(&self.device, cmd, &[(ComputeWrite, ComputeWrite)]);
-            self.scatter[side].dispatch_indirect(cmd, &(4 * digit), &b.arguments, offset);
-            sync::barrier(&self.device, cmd, &[(ComputeWrite, ComputeWrite)]);
-        }
+        self.passes.record(cmd, DIGITS, &b.arguments, 4 * u64::from(arguments::SORT), None);
     }
 }

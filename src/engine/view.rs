@@ -7,46 +7,32 @@ use super::gradient::Gradient;
 use super::lookup::Lookup;
 use super::request::Request;
 use super::sort::Sort;
-use crate::gpu::structs::Frame;
-use crate::gpu::{Binding, Buffer, Gpu, Image, ImageSpec, Memory};
+use crate::gpu::{Binding, Buffer, Gpu, Image, ImageSpec};
 use crate::host::Receivers;
 use crate::{Config, Error};
 use ash::vk;
 use std::sync::Arc;
 
-/// Rays of a small image; others have as many as pixels.
+/// Rays of each sample of a small image; others have as many as pixels and a quarter of their samples.
 const LEAST_RAYS: u32 = 16384;
 
 /// What the passes of a view read and write.
 pub(crate) struct ViewBuffers {
-    pub(crate) frame: Buffer,
     pub(crate) receiver: Image,
     pub(crate) tile_lights: Buffer,
     pub(crate) mask: Image,
-    /// What the lookup binds in place of rays that nobody traces; of its own, as lookups of several views overlap.
-    pub(crate) nothing: Buffer,
 }
 
 impl ViewBuffers {
-    pub(crate) fn new(gpu: &Arc<Gpu>, config: &Config) -> Result<Self, Error> {
-        use vk::BufferUsageFlags as U;
+    pub(crate) fn new(gpu: &Arc<Gpu>, config: &Config, [width, height]: [u32; 2]) -> Result<Self, Error> {
         use vk::ImageUsageFlags as I;
-        let [width, height] = config.size;
         let tiles = u64::from(width.div_ceil(8)) * u64::from(height.div_ceil(8));
         let words = u64::from(config.lights.div_ceil(32));
         let screen =
             |name, format, layers, usage| Image::new(gpu, name, &ImageSpec { format, width, height, layers, usage });
         Ok(Self {
-            frame: Buffer::new(
-                gpu,
-                "frame constants",
-                size_of::<Frame>() as u64,
-                U::UNIFORM_BUFFER | U::TRANSFER_DST,
-                Memory::Device,
-            )?,
             receiver: screen("receiver planes", vk::Format::R32G32B32A32_UINT, 0, I::STORAGE | I::SAMPLED)?,
-            nothing: Buffer::storage(gpu, "nothing", 16, U::empty())?,
-            tile_lights: Buffer::storage(gpu, "lights of tiles", 4 * tiles * words, U::empty())?,
+            tile_lights: Buffer::storage(gpu, "lights of tiles", 4 * tiles * words, vk::BufferUsageFlags::empty())?,
             mask: screen(
                 "mask",
                 vk::Format::R32_UINT,
@@ -63,6 +49,7 @@ impl ViewBuffers {
 
 /// A view and its passes.
 pub(crate) struct View {
+    pub(crate) size: [u32; 2],
     pub(crate) buffers: ViewBuffers,
     pub(crate) gradient: Gradient,
     pub(crate) request: Request,
@@ -71,22 +58,26 @@ pub(crate) struct View {
 }
 
 impl View {
+    /// View `number`, which sees `receivers`.
     pub(crate) fn new(
         gpu: &Arc<Gpu>,
         config: &Config,
         b: &Buffers,
         sort: Option<&Sort>,
-        receivers: &Receivers,
+        (number, receivers): (usize, &Receivers),
         bvh: Option<&Bvh>,
     ) -> Result<Self, Error> {
-        let buffers = ViewBuffers::new(gpu, config)?;
-        let frame = Binding::Uniform(&buffers.frame);
-        let rays = config.size[0].saturating_mul(config.size[1]).max(LEAST_RAYS);
+        let size = receivers.size;
+        let buffers = ViewBuffers::new(gpu, config, size)?;
+        let frame = b.frame(number);
+        let pixels = size[0].saturating_mul(size[1]);
+        let rays = pixels.saturating_mul(config.samples.div_ceil(4)).max(LEAST_RAYS * config.samples);
         let exact = bvh.map(|bvh| Exact::new(gpu, config, bvh, rays, frame, Some(&buffers.mask))).transpose()?;
         Ok(Self {
+            size,
             gradient: Gradient::new(gpu, frame, receivers, Binding::StorageImage(&buffers.receiver))?,
-            request: Request::new(gpu, config, b, &buffers, sort, receivers)?,
-            lookup: Lookup::new(gpu, config, b, &buffers, receivers, exact.as_ref())?,
+            request: Request::new(gpu, config, b, (number, &buffers), sort, receivers)?,
+            lookup: Lookup::new(gpu, config, b, (number, &buffers), receivers, exact.as_ref())?,
             exact,
             buffers,
         })

@@ -110,6 +110,11 @@ impl Gpu {
     }
 }
 
+/// Storage buffers of the pass that has most: the least `maxPerStageDescriptorStorageBuffers` of a device.
+pub const STORAGE_BUFFERS: u32 = 13;
+/// Threads of the largest workgroup: the least `maxComputeWorkGroupInvocations` of a device.
+pub const GROUP_THREADS: u32 = 256;
+
 /// The features a device must have; pass them to `vkCreateDevice` (API version 1.3).
 pub struct Requirements {
     /// Core features.
@@ -170,9 +175,9 @@ pub unsafe fn missing_features(instance: &ash::Instance, physical_device: vk::Ph
     }
     let limits = properties.limits;
     for (value, needed, name) in [
-        (limits.max_compute_work_group_invocations, 256, "maxComputeWorkGroupInvocations"),
+        (limits.max_compute_work_group_invocations, GROUP_THREADS, "maxComputeWorkGroupInvocations"),
         (limits.max_compute_shared_memory_size, 16384, "maxComputeSharedMemorySize"),
-        (limits.max_per_stage_descriptor_storage_buffers, 14, "maxPerStageDescriptorStorageBuffers"),
+        (limits.max_per_stage_descriptor_storage_buffers, STORAGE_BUFFERS, "maxPerStageDescriptorStorageBuffers"),
         (limits.max_image_array_layers, 256, "maxImageArrayLayers"),
         (limits.max_framebuffer_layers, 256, "maxFramebufferLayers"),
     ] {

@@ -330,18 +330,18 @@ fn decode_gbuffer(
     albedo: Vec<u32>,
 ) -> GBuffer {
     let count = size[0] as usize * size[1] as usize;
+    let axis = |v: [f32; 4]| DVec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
+    let (corner, dx, dy) = (axis(frame.ray_corner), axis(frame.ray_dx), axis(frame.ray_dy));
     let mut g = GBuffer {
         width: size[0],
         height: size[1],
         eye: input.camera.eye - input.origin,
-        pixel: 2.0 * (0.5 * input.camera.fov_y_deg.to_radians()).tan() / f64::from(size[1]),
+        ray_steps: [dx, dy],
         position: vec![[0.0; 3]; count],
         normal: vec![[0.0; 3]; count],
         albedo,
         hit: vec![false; count],
     };
-    let axis = |v: [f32; 4]| DVec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
-    let (corner, dx, dy) = (axis(frame.ray_corner), axis(frame.ray_dx), axis(frame.ray_dy));
     let (near, far) = (f64::from(frame.ray_corner[3]), f64::from(frame.ray_dx[3]));
     for i in 0..count {
         let stored = f64::from(f32::from_bits(depth[i]));

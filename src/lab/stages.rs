@@ -204,17 +204,17 @@ impl ScreenStage {
         let keys = if route == RequestRoute::Flags { capacity } else { 1024 };
         let config = Config { route, page_table_bytes: 240 * u64::from(keys), lights, mask_bits: 1, ..small(size) };
         let b = Buffers::new(&lab.gpu, &config, &lab.buffers, 1)?;
-        let mut view = ViewBuffers::new(&lab.gpu, &config)?;
+        let mut view = ViewBuffers::new(&lab.gpu, &config, size)?;
         view.receiver = image("receiver planes", vk::Format::R32G32B32A32_UINT, U::STORAGE | U::TRANSFER_SRC)?;
         let depth = image("depth", vk::Format::D32_SFLOAT, U::empty())?;
         let normal = image("normal", vk::Format::R32_UINT, U::empty())?;
-        let receivers = Receivers { depth: depth.view, normal: normal.view };
+        let receivers = Receivers { depth: depth.view, normal: normal.view, size };
         let sort = Sort::new(&lab.gpu, &b.counters, &b.arguments, capacity)?;
         let appends = (route == RequestRoute::Sort).then_some(&sort);
-        let (frame, planes) = (Binding::Uniform(&view.frame), Binding::StorageImage(&view.receiver));
+        let (frame, planes) = (b.frame(0), Binding::StorageImage(&view.receiver));
         Ok(Self {
             gradient: Gradient::new(&lab.gpu, frame, &receivers, planes)?,
-            request: Request::new(&lab.gpu, &config, &b, &view, appends, &receivers)?,
+            request: Request::new(&lab.gpu, &config, &b, (0, &view), appends, &receivers)?,
             b,
             view,
             depth,
@@ -226,7 +226,7 @@ impl ScreenStage {
 
     /// Receiver planes of the pixels.
     pub fn gradient(&self, lab: &Lab, frame: &Frame, depth: &[f32], normal: &[u32]) -> Result<Vec<[u32; 4]>> {
-        write(lab, &self.view.frame, std::slice::from_ref(frame))?;
+        write(lab, &self.b.frames[0], std::slice::from_ref(frame))?;
         write_image(lab, &self.depth, depth)?;
         write_image(lab, &self.normal, normal)?;
         lab.submit(|cmd| {
@@ -246,7 +246,7 @@ impl ScreenStage {
         receiver: &[[u32; 4]],
     ) -> Result<Requested> {
         let b = &self.b;
-        write(lab, &self.view.frame, std::slice::from_ref(frame))?;
+        write(lab, &self.b.frames[0], std::slice::from_ref(frame))?;
         write(lab, &b.lights, lights)?;
         write_image(lab, &self.depth, depth)?;
         write_image(lab, &self.view.receiver, receiver)?;
@@ -257,12 +257,12 @@ impl ScreenStage {
             self.request.record_first(cmd, sun);
             for attempt in 1..=3 {
                 sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite)]);
-                self.request.record_decision(cmd, attempt);
+                self.request.record_decision(cmd, attempt, [frame.size[0], frame.size[1]]);
                 sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite), (ComputeWrite, IndirectRead)]);
                 self.request.record_retry(cmd, b, attempt, sun);
             }
             sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite)]);
-            self.request.record_decision(cmd, 4);
+            self.request.record_decision(cmd, 4, [frame.size[0], frame.size[1]]);
         })?;
         let counters = read_counters(lab, b)?;
         let entries: Vec<(u64, u32)> = if self.route == RequestRoute::Flags {
@@ -328,7 +328,8 @@ impl AllocateStage {
         // compact needs the sort only for its buffers
         let sort = Sort::new(&lab.gpu, &b.counters, &b.arguments, 8 * config.request_capacity())?;
         let compact = Compact::new(&lab.gpu, &b, &sort)?;
-        let allocate = Allocate::new(&lab.gpu, config, &b, Some(&compact))?;
+        let pixels = config.size.map(u64::from).into_iter().product();
+        let allocate = Allocate::new(&lab.gpu, config, pixels, &b, Some(&compact))?;
         Ok(Self { config: config.clone(), b, compact, allocate })
     }
 
@@ -347,7 +348,7 @@ impl AllocateStage {
         assert!(requests.len() <= 8 * self.config.request_capacity() as usize, "more requests than the list holds");
         assert!(input.held.len() <= self.config.page_capacity() as usize, "more pages held than the atlas has layers");
         clear(lab, &[&b.table_keys, &b.nodes, &b.histogram, &b.entries, &b.slots, &b.roots])?;
-        write(lab, &b.frame, std::slice::from_ref(frame))?;
+        write(lab, &b.frames[0], std::slice::from_ref(frame))?;
         write(lab, &b.lights, lights)?;
         write(lab, &self.compact.keys, &requests.iter().map(|r| words(r.0)).collect::<Vec<_>>())?;
         write(lab, &self.compact.counts, &requests.iter().map(|r| r.1).collect::<Vec<_>>())?;
@@ -449,6 +450,12 @@ impl EngineStage {
         Ok(self.engine.counters())
     }
 
+    /// Rays that the first view of the last frame asked for.
+    pub fn rays(&self, lab: &Lab) -> Result<u32> {
+        let exact = self.engine.views[0].exact.as_ref();
+        Ok(exact.map(|exact| read::<u32>(lab, &exact.count)).transpose()?.map_or(0, |words| words[0]))
+    }
+
     /// Forgets all history.
     pub fn forget(&mut self) {
         self.engine.forget();
@@ -489,11 +496,13 @@ pub struct ViewsStage {
 }
 
 impl ViewsStage {
-    /// An engine without lights.
-    pub fn new(lab: &Lab, config: &Config, views: usize) -> Result<Self> {
-        let prepass = |_| DepthPrepass::on(&lab.gpu, config.size, &lab.buffers);
-        let prepasses = (0..views).map(prepass).collect::<std::result::Result<Vec<_>, _>>()?;
-        let receivers: Vec<_> = prepasses.iter().map(DepthPrepass::receivers).collect();
+    /// An engine without lights, with views of these sizes.
+    pub fn new(lab: &Lab, config: &Config, sizes: &[[u32; 2]]) -> Result<Self> {
+        // what is refused must get that far
+        let prepass = |size: &[u32; 2]| DepthPrepass::on(&lab.gpu, size.map(|side| side.max(1)), &lab.buffers);
+        let prepasses = sizes.iter().map(prepass).collect::<std::result::Result<Vec<_>, _>>()?;
+        let seen = prepasses.iter().zip(sizes);
+        let receivers: Vec<_> = seen.map(|(prepass, &size)| Receivers { size, ..prepass.receivers() }).collect();
         Ok(Self { engine: Engine::on(&lab.gpu, config, &lab.buffers, &receivers)?, prepasses })
     }
 
@@ -535,7 +544,7 @@ pub fn frame_constants(lab: &Lab, config: &Config) -> Result<(Frame, Vec<LightRe
     let input = lab.frame_input();
     let record = |light| Ok(light_record(config, &lab.buffers, light, &input, config.level_bias)?);
     let lights = lab.view.lights.iter().map(record).collect::<Result<Vec<_>>>()?;
-    let mut frame = constants(config, &lab.buffers, &input, &History::default());
+    let mut frame = constants(config, config.size, &lab.buffers, &input, &History::default());
     frame.lights = [lights.len() as u32, 1, 0, 0];
     frame.sun = lights[0];
     Ok((frame, lights))

@@ -43,6 +43,12 @@ const PARAMETERS: &[Parameter] = &[
         allowed: "true or false",
         meaning: "whether pixels that the map cannot decide are decided by rays against the casters",
     },
+    Parameter {
+        key: "samples",
+        default: "1",
+        allowed: "1, 4, 8 or 16; 1 without exact=true",
+        meaning: "samples a pixel: visibility is the share of them that the light reaches",
+    },
     super::DEPTH_BIAS,
     super::CULL,
     super::FILTER[0],
@@ -51,7 +57,7 @@ const PARAMETERS: &[Parameter] = &[
         key: "blend",
         default: "false",
         allowed: "true or false",
-        meaning: "whether filtered shadows change smoothly from level to level",
+        meaning: "whether filtered shadows change smoothly from level to level, where bias is near 0 and the atlas has room",
     },
     Parameter {
         key: "pressure",
@@ -140,6 +146,7 @@ pub(super) fn config(spec: &MethodSpec, size: [u32; 2]) -> Result<Config, LabErr
     config.level_blend = spec.one_of("blend", "false", &["true", "false"])? == "true";
     config.gutter = if is_auto(spec, "gutter") { config.filter.reach() } else { spec.u32_in("gutter", 2, 1..=8)? };
     config.exact = spec.one_of("exact", "false", &["true", "false"])? == "true";
+    config.samples = spec.one_of("samples", "1", &["1", "4", "8", "16"])?.parse().unwrap_or(1);
     config.virtual_bits = spec.u32_in("virtual", config.virtual_bits, 15..=30)?;
     config.bias_texels = spec.f32_in("depth_bias", config.bias_texels, 0.0..=16.0)?;
     config.cull = super::cull(spec)?;
@@ -191,7 +198,7 @@ impl Rmsm {
         let few = lights.len() <= FLOAT_MASKS;
         config.mask_bits = if few {
             32
-        } else if config.filter == Filter::Hard {
+        } else if config.filter == Filter::Hard && config.samples == 1 {
             1
         } else {
             8
@@ -214,6 +221,9 @@ fn as_typed(error: Error, spec: &MethodSpec) -> LabError {
         }
         Error::Limit { field: "level_blend", .. } => {
             LabError::Usage(format!("key 'blend' of '{spec}' is true, allowed is false where filter is hard"))
+        }
+        Error::Limit { field: "samples", given, limit } => {
+            LabError::Usage(format!("key 'samples' of '{spec}' is {given}, allowed is {limit}"))
         }
         Error::Limit { field: "pair_capacity", given, limit } => {
             LabError::Usage(format!("key 'pairs' of '{spec}' is {given}, this scene needs {limit}"))

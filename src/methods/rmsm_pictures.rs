@@ -48,7 +48,7 @@ fn entries(engine: &Engine, lab: &Lab) -> Result<Vec<u32>, LabError> {
     let target =
         Image::new(lab.gpu(), "entries", &ImageSpec { format: vk::Format::R32_UINT, width, height, layers: 0, usage })?;
     let (b, view) = (&engine.buffers, &engine.views[0].buffers);
-    let pass = Lookup::entries(lab.gpu(), &engine.config, b, view, &lab.prepass().receivers(), &target)?;
+    let pass = Lookup::entries(lab.gpu(), &engine.config, b, (0, view), &lab.prepass().receivers(), &target)?;
     lab.submit(|cmd| {
         let device = &lab.gpu().device;
         sync::discard(device, cmd, &target, Access::Nothing, Access::StorageImage);

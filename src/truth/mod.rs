@@ -4,6 +4,7 @@
 
 mod alpha;
 mod bvh;
+mod coverage;
 mod crawl;
 mod metrics;
 mod reference;
@@ -12,6 +13,7 @@ mod trace;
 mod turned;
 
 pub use alpha::alpha_at;
+pub use coverage::{CoverageError, compare_coverage, reference_coverage};
 pub use crawl::{Crawl, crawl};
 pub use metrics::{Metrics, PixelClass, classify, compare, rmse};
 pub use reference::{DECIDED_N_DOT_L, Reference, ray_offsets, reference, trace_visibility};
@@ -46,8 +48,8 @@ pub struct GBuffer {
     pub height: u32,
     /// Position of the eye minus [`Scene::origin`](crate::scene::Scene::origin), world axes.
     pub eye: DVec3,
-    /// World size of a pixel in the centre of the image at distance 1 from the eye, above 0.
-    pub pixel: f64,
+    /// What the view ray of unit depth changes from a pixel to the next, to the right and down; world axes, finite and not 0.
+    pub ray_steps: [DVec3; 2],
     /// World position minus that of the eye; zero where nothing was hit.
     pub position: Vec<[f32; 3]>,
     /// Unit geometric normal towards the eye, world space; zero where nothing was hit.
@@ -66,7 +68,7 @@ impl GBuffer {
 
     /// World size of a pixel at its surface, across the view ray.
     pub fn footprint(&self, pixel: usize) -> f64 {
-        self.pixel * Vec3::from_array(self.position[pixel]).as_dvec3().length()
+        self.ray_steps[1].length() * Vec3::from_array(self.position[pixel]).as_dvec3().length()
     }
 
     /// Number of pixels; an error if a list has another length or there is no pixel.
@@ -78,10 +80,13 @@ impl GBuffer {
                 self.width, self.height
             )));
         }
-        if !(self.pixel > 0.0 && self.pixel.is_finite() && self.eye.is_finite()) {
+        let [right, down] = self.ray_steps;
+        let area = right.cross(down).length();
+        if !(area > 0.0 && area.is_finite() && self.eye.is_finite()) {
             return Err(TruthError::new(format!(
-                "the G-buffer's eye is {} and its pixel {}, finite numbers and a pixel above 0 are needed",
-                self.eye, self.pixel
+                "the G-buffer's eye is {} and the steps of its rays {right} and {down}, finite numbers and steps that span \
+                 a pixel are needed",
+                self.eye
             )));
         }
         for (name, len) in [("position", self.position.len()), ("normal", self.normal.len()), ("hit", self.hit.len())] {

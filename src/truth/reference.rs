@@ -243,7 +243,8 @@ mod tests {
         for (pixel, off, snaps) in [(1e-9, 0.0, true), (1e-9, 1e-3, true), (1e-9, -1e-3, true), (1.0, 1e-3, false)] {
             let position: Vec<_> = exact.iter().map(|p| (*p * (1.0 + off)).as_vec3().to_array()).collect();
             let hit = vec![true; exact.len()];
-            let mut gbuffer = GBuffer { eye, pixel, position, hit, ..GBuffer::default() };
+            let ray_steps = [DVec3::X * pixel, DVec3::Y * pixel];
+            let mut gbuffer = GBuffer { eye, ray_steps, position, hit, ..GBuffer::default() };
             snap(&mut gbuffer, &scene, || &tracer);
             let near = |i: &usize| (gbuffer.point(*i) - eye - exact[*i]).length() < 1e-6 * exact[*i].length();
             let count = (0..exact.len()).filter(near).count();

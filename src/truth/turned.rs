@@ -40,6 +40,7 @@ impl Turned {
     pub(crate) fn gbuffer(&self, gbuffer: &GBuffer) -> GBuffer {
         GBuffer {
             eye: self.turn * gbuffer.eye + self.shift,
+            ray_steps: gbuffer.ray_steps.map(|step| self.turn * step),
             position: gbuffer.position.iter().map(|p| self.direction(*p)).collect(),
             normal: gbuffer.normal.iter().map(|n| self.direction(*n)).collect(),
             ..gbuffer.clone()

@@ -215,12 +215,14 @@ fn tree(input: &Input, config: &Config) -> Allocation {
         out.leaves.insert(leaf);
         out.nodes.entry(leaf).or_default().own += u64::from(count);
     }
+    // one view of the largest size
+    let weight_bits = config.weight_bits(config.size.map(u64::from).into_iter().product());
     for &leaf in &out.leaves {
         let own = out.nodes[&leaf].own;
         let mut child = leaf;
         for (distance, key) in (0..).zip(path(leaf)).skip(1) {
             let node = out.nodes.entry(key).or_default();
-            node.below += own << config.weight_bits().min(distance);
+            node.below += own << weight_bits.min(distance);
             node.child[key_quadrant(child)] = child;
             child = key;
         }

@@ -124,9 +124,32 @@ pub fn level(light: &LightRecord, squared: f32) -> i32 {
     (exponent >> 1).clamp(light.kind[3] as i32, ROOT_LEVEL)
 }
 
+/// The level of a squared footprint and the weight of the next coarser one where levels are blended: it grows linearly with
+/// the squared footprint over its last octave before the next level.
+pub fn blend(light: &LightRecord, squared: f32) -> (i32, f64) {
+    let level = level(light, squared);
+    // squared texels of the level: 1 to 4
+    let ratio = f64::from(squared.max(0.0) * light.rule[0]) / 4f64.powi(level);
+    let within = level < ROOT_LEVEL && (1.0..4.0).contains(&ratio);
+    (level, if within { (0.5 * ratio - 1.0).max(0.0) } else { 0.0 })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bytemuck::Zeroable;
+
+    #[test]
+    fn blended_levels_have_no_step() {
+        let mut light = LightRecord::zeroed();
+        (light.rule[0], light.kind[3]) = (1.0, 2);
+        let place = |squared: f32| blend(&light, squared);
+        let exact = [(1.0, (2, 0.0)), (16.0, (2, 0.0)), (32.0, (2, 0.0)), (48.0, (2, 0.5)), (64.0, (3, 0.0))];
+        assert!(exact.iter().all(|&(squared, want)| place(squared) == want));
+        let steps = (0..20_000).map(|i| (0.001 * i as f32).exp2());
+        let places: Vec<f64> = steps.map(place).map(|(level, weight)| f64::from(level) + weight).collect();
+        assert!(places.windows(2).all(|w| (0.0..0.002).contains(&(w[1] - w[0]))));
+    }
 
     #[test]
     fn faces_are_rotations_that_bring_their_side_to_the_front() {

@@ -10,7 +10,7 @@ use umbrage::lab::stages::{EngineStage, ScreenStage, Table, frame_constants, pre
 use umbrage::methods::{MethodSpec, create};
 use umbrage::twin::contour::contour;
 use umbrage::twin::key::{key_ancestor, key_level, key_of};
-use umbrage::twin::light::{Receiver, level, receiver};
+use umbrage::twin::light::{Receiver, blend, level, receiver};
 use umbrage::twin::receiver::{decode_derivatives, decode_normal, linear_depth, pixel_ray};
 use umbrage::twin::{ROOT_LEVEL, kernel};
 use umbrage::{Config, Error, Filter, Light, RequestRoute};
@@ -62,7 +62,10 @@ fn what_a_filter_needs_is_said() {
         assert_eq!(refused(Config { gutter: 8, ..small(Filter::Pcf { taps }) }).0, "filter");
     }
     assert_eq!(refused(Config { gutter: 4, ..small(wide) }), ("gutter", "5 to 8 texels with this filter".into()));
-    assert_eq!(refused(Config { mask_bits: 1, ..small(wide) }), ("mask_bits", "8 or 32 with a filter".into()));
+    assert_eq!(
+        refused(Config { mask_bits: 1, ..small(wide) }),
+        ("mask_bits", "8 or 32 with a filter or with several samples a pixel".into())
+    );
     assert_eq!(refused(Config { level_blend: true, ..small(Filter::Hard) }).0, "level_blend");
     EngineStage::new(&lab, &Config { mask_bits: 8, level_blend: true, ..small(wide) }).unwrap();
 }
@@ -235,6 +238,91 @@ fn pages_leave_no_trace(light: &Light, filter: Filter) {
     println!("{filter:?}: {partial} partial of {}, {moved} by rounding, {across} across borders", samples.len());
     assert!(partial > 80 && across >= 4 && pages.len() >= 8, "{partial} {across} {}", pages.len());
     assert!(moved * 5 < partial, "{moved} of {partial}");
+}
+
+/// The same with levels blended: each sample is the mix of two levels that its footprint asks for, and neighbours on both sides of
+/// a change of level differ by no more than those of one level do.
+fn levels_leave_no_trace(light: &Light, filter: Filter) {
+    let (scene, mut view) = scenes::sheet_over_floor(SIZE);
+    view.lights = vec![light.clone()];
+    let lab = Bench::new(scene, view);
+    let config = Config { level_blend: true, ..config(filter) };
+    let (got, table) = image(&lab, &config);
+    let (plain, _) = image(&lab, &Config { level_blend: false, ..config.clone() });
+    let (record, samples) = samples(&lab, &config, |height| height.abs() < 1e-3);
+    let endless = Endless { light: record, origin: lab.scene().origin, eye: lab.view().camera.eye, config: &config };
+    let entries: BTreeMap<u64, u32> =
+        table.keys.iter().copied().zip(table.entries.iter().copied()).filter(|e| e.0 != 0).collect();
+    let mixed = |s: &Sample, squared: f32, a: DVec2, b: DVec2| {
+        let (level, weight) = blend(&record, squared);
+        let seen = |level| endless.visibility(s, serving(&entries, s, level), a, b);
+        let fine = seen(level);
+        if weight > 0.0 { fine + weight * (seen(level + 1) - fine) } else { fine }
+    };
+    let corners = [[0.0, 0.0], [-NEAR, -NEAR], [NEAR, -NEAR], [-NEAR, NEAR], [NEAR, NEAR]].map(DVec2::from);
+    let at = |s: &Sample| (s.pixel[1] * SIZE[0] + s.pixel[0]) as usize;
+    let (mut blended, mut moved, mut apart) = (0, 0, 0);
+    for s in &samples {
+        let r = &s.receiver;
+        let value = f64::from(got[at(s)]);
+        let want = mixed(s, r.squared, DVec2::ZERO, DVec2::ZERO);
+        let (level, weight) = blend(&record, r.squared);
+        let fine = endless.visibility(s, serving(&entries, s, level), DVec2::ZERO, DVec2::ZERO);
+        blended += usize::from(weight > 0.05 && (want - fine).abs() > 0.01);
+        apart += usize::from((f64::from(plain[at(s)]) - want).abs() > 0.01);
+        if (value - want).abs() <= 1e-3 {
+            continue;
+        }
+        moved += 1;
+        let all = [r.squared, r.squared - r.room, r.squared + r.room].into_iter().flat_map(|squared| {
+            let mixed = &mixed;
+            corners.into_iter().flat_map(move |a| corners.map(|b| mixed(s, squared, a, b)))
+        });
+        let (low, high) = all.fold((f64::INFINITY, 0.0f64), |(low, high), v| (low.min(v), high.max(v)));
+        assert!(
+            (low - 2e-3..=high + 2e-3).contains(&value),
+            "{light:?}, {filter:?}: {value} at {:?}, not {want} ({low} to {high}), level {level} and {weight}",
+            s.pixel
+        );
+    }
+    // steps between neighbours on the two sides of a change of level, beyond what the moves within either level explain
+    let by_pixel: BTreeMap<[u32; 2], &Sample> = samples.iter().map(|s| (s.pixel, s)).collect();
+    let (mut changes, mut with, mut without) = (0, 0.0f64, 0.0f64);
+    for s in &samples {
+        for next in [[s.pixel[0] + 1, s.pixel[1]], [s.pixel[0], s.pixel[1] + 1]] {
+            let Some(t) = by_pixel.get(&next) else { continue };
+            let [(a, from), (b, to)] = [s, t].map(|s| blend(&record, s.receiver.squared));
+            if a.abs_diff(b) != 1 || s.receiver.face != t.receiver.face {
+                continue;
+            }
+            let levels = a.min(b)..=(a.max(b) + 1).min(ROOT_LEVEL);
+            let seen = |s: &Sample, level| endless.visibility(s, serving(&entries, s, level), DVec2::ZERO, DVec2::ZERO);
+            let pairs: Vec<(f64, f64)> = levels.map(|level| (seen(s, level), seen(t, level))).collect();
+            let own = pairs.iter().map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let between = pairs.windows(2).map(|w| (w[0].0 - w[1].0).abs().max((w[0].1 - w[1].1).abs()));
+            let share = ((f64::from(a) + from) - (f64::from(b) + to)).abs();
+            let explained = own + share * between.fold(0.0, f64::max);
+            let beyond = |image: &[f32]| (f64::from(image[at(s)] - image[at(t)]).abs() - explained).max(0.0);
+            changes += 1;
+            with = with.max(beyond(&got));
+            without = without.max(beyond(&plain));
+        }
+    }
+    println!(
+        "{filter:?}: {blended} blended, {moved} by rounding, {changes} changes: steps {with:.3}, {without:.3} without"
+    );
+    assert!(blended > 30 && apart > 30 && changes > 100, "{blended} {apart} {changes}");
+    // an edge of a tap may fall between neighbours that rounding moves
+    assert!(with < 0.03 && without > 0.04, "{light:?}, {filter:?}: steps of {with}, {without} without blending");
+}
+
+#[test]
+fn levels_blend_as_by_their_twin() {
+    for light in lights() {
+        for filter in kinds(4) {
+            levels_leave_no_trace(&light, filter);
+        }
+    }
 }
 
 #[test]

@@ -9,8 +9,8 @@ use crate::scenes;
 use glam::{DVec3, Vec3Swizzles};
 use std::collections::BTreeSet;
 use umbrage::gpu::structs::light_kind;
-use umbrage::lab::View;
 use umbrage::lab::stages::{EngineStage, Table, ViewsStage, frame_constants};
+use umbrage::lab::{LabError, View};
 use umbrage::scene::Scene;
 use umbrage::truth::{PixelClass, classify, compare};
 use umbrage::twin::allocate::Input;
@@ -567,15 +567,23 @@ fn a_small_light_far_away_takes_one_page() {
     }
 }
 
-/// Two cameras in one engine, and each in an engine of its own.
+/// Two cameras in one engine, and each in an engine of its own: of one size, of two, and where requests are made again.
 #[test]
 fn views_share_pages_and_see_what_they_would_alone() {
     let (scene, view) = scenes::random(SIZE, 6);
     let lab = Bench::new(scene, view);
     let base = lab.view().camera;
-    for route in [RequestRoute::Flags, RequestRoute::Sort] {
-        let config = Config { route, level_bias: -1.0, ..plenty(4) };
-        let mut stages: Vec<_> = [2, 1, 1].into_iter().map(|n| ViewsStage::new(&lab, &config, n).unwrap()).collect();
+    let plain = Config { level_bias: -1.0, ..plenty(4) };
+    let again = Config { level_bias: -6.0, page_table_bytes: 480 << 11, ..plain.clone() };
+    for (sizes, config) in [
+        ([SIZE, SIZE], plain.clone()),
+        ([[93, 150], SIZE], plain.clone()),
+        ([SIZE, [129, 41]], Config { route: RequestRoute::Sort, exact: true, samples: 4, ..plain }),
+        ([[93, 150], SIZE], again),
+    ] {
+        let case = format!("{sizes:?}, {:?}, bias {}", config.route, config.level_bias);
+        let views = [&sizes[..], &sizes[..1], &sizes[1..]];
+        let mut stages: Vec<_> = views.map(|sizes| ViewsStage::new(&lab, &config, sizes).unwrap()).into();
         let mut ids = Vec::new();
         for stage in &mut stages {
             ids = mixed_lights().iter().map(|light| stage.engine().add_light(light).unwrap()).collect();
@@ -598,13 +606,18 @@ fn views_share_pages_and_see_what_they_would_alone() {
             let mut leaves = 0;
             for i in 0..2 {
                 let (alone, own) = stages[i + 1].frame(&lab, &cameras[i..=i]).unwrap();
-                assert_eq!(own.counters.deferred, 0);
-                layers(&alone[0]).iter().enumerate().filter(|(slot, _)| step < 3 || *slot != 2).for_each(
-                    |(slot, layer)| {
-                        mixed(layer).unwrap_or_else(|why| panic!("light {slot}: {why}"));
-                    },
-                );
-                assert!(alone[0] == both[i], "{route:?}, step {step}: view {i} differs");
+                assert_eq!((own.counters.deferred, own.counters.shift), (0, table.counters.shift), "{case}");
+                assert_eq!(table.counters.shift > 0, config.level_bias < -1.0, "{case}: made again");
+                let pixels = (sizes[i][0] * sizes[i][1]) as usize;
+                assert_eq!(alone[0].len(), 4 * pixels, "{case}");
+                for (slot, layer) in alone[0].chunks(pixels).enumerate().filter(|(slot, _)| step < 3 || *slot != 2) {
+                    let layer: Vec<f32> = layer.iter().map(|&word| f32::from_bits(word)).collect();
+                    mixed(&layer).unwrap_or_else(|why| panic!("{case}, light {slot}: {why}"));
+                }
+                // coarsened requests of one view may be served by finer pages of the other
+                let differ = alone[0].iter().zip(&both[i]).filter(|(a, b)| a != b).count();
+                let most = if own.counters.shift > 0 { 4 * pixels / 100 } else { 0 };
+                assert!(differ <= most, "{case}, step {step}: {differ} words of view {i} differ");
                 leaves += own.counters.leaves;
                 let asked: BTreeSet<u64> = own.keys.iter().copied().filter(|key| *key != 0).collect();
                 let shared: BTreeSet<u64> = table.keys.iter().copied().collect();
@@ -614,6 +627,11 @@ fn views_share_pages_and_see_what_they_would_alone() {
         }
         // a frame has an input for each view
         assert!(stages[0].frame(&lab, &[base]).is_err() || stages.is_empty());
+    }
+    for wrong in [[0, 180], [320, 0], [321, 180], [320, 181]] {
+        let refused = ViewsStage::new(&lab, &Config { exact: false, ..plenty(1) }, &[SIZE, wrong]).map(|_| ());
+        let limit = matches!(&refused, Err(LabError::Engine(Error::Limit { field: "size of a view", .. })));
+        assert!(limit, "{wrong:?}: {refused:?}");
     }
 }
 

@@ -121,6 +121,42 @@ pub fn read(words: &[u32]) -> Module {
     module
 }
 
+/// What a descriptor is, by its Vulkan type.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Resource {
+    UniformBuffer,
+    StorageBuffer,
+    SampledImage,
+    StorageImage,
+}
+
+/// The descriptors of a module by set and binding.
+pub fn resources(words: &[u32]) -> BTreeMap<(u32, u32), Resource> {
+    let (mut sets, mut bindings, mut pointers) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
+    let (mut storage_images, mut variables) = (Vec::new(), Vec::new());
+    for (op, o) in instructions(words) {
+        match (op, o) {
+            (25, [id, _, _, _, _, _, 2, ..]) => storage_images.push(*id),
+            (32, [id, _, pointee]) => _ = pointers.insert(*id, *pointee),
+            (59, [pointer, id, class, ..]) => variables.push((*id, *class, pointers[pointer])),
+            (71, [id, 33, value]) => _ = bindings.insert(*id, *value),
+            (71, [id, 34, value]) => _ = sets.insert(*id, *value),
+            _ => {}
+        }
+    }
+    let resource = |(id, class, of): (u32, u32, u32)| {
+        let kind = match class {
+            0 if storage_images.contains(&of) => Resource::StorageImage,
+            0 => Resource::SampledImage,
+            2 => Resource::UniformBuffer,
+            12 => Resource::StorageBuffer,
+            _ => return None,
+        };
+        Some(((sets.get(&id).copied().unwrap_or(0), *bindings.get(&id)?), kind))
+    };
+    variables.into_iter().filter_map(resource).collect()
+}
+
 /// Compares a struct of `size` bytes with every shader that has one of this name; the error says where they differ.
 pub fn check_layout(shaders: &[Shader], name: &str, size: usize, fields: &[(&str, usize)]) -> Result<(), String> {
     let want: Vec<_> = fields.iter().map(|&(field, offset)| (field.to_owned(), offset as u32)).collect();
