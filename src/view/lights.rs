@@ -13,14 +13,15 @@ pub const MAX_SYNTHETIC_LIGHTS: u32 = 1365;
 const RANGE: f64 = 0.06;
 
 impl View {
-    /// The view with `count` lights in place of its own, spots and points by turns. Each hangs above a vertex of an instance
-    /// drawn at random, by a tenth to a half of its range; spots shine down. The first n of more lights are the same.
+    /// The view with `count` lights in place of its own, spots and points by turns. Each hangs above and beside a vertex of an
+    /// instance drawn at random, by a tenth to a half and at most a tenth of its range, so that it lies in no wall's plane; spots shine down. The first n of more lights are the same.
     pub fn with_lights(self, scene: &Scene, count: u32, seed: u64) -> View {
         let range = RANGE * scene.diagonal();
         let lights = (0..count).map(|i| {
             let draw = |k: u64| random(!seed, 8 * u64::from(i) + k);
             let pick = |k: u64, n: usize| (((draw(k) + 0.5) * n as f64) as usize).min(n.saturating_sub(1));
-            let position = vertex(scene, |n| pick(0, n), |n| pick(1, n)) + DVec3::Y * range * (0.3 + 0.4 * draw(2));
+            let away = DVec3::new(0.2 * draw(5), 0.3 + 0.4 * draw(2), 0.2 * draw(6));
+            let position = vertex(scene, |n| pick(0, n), |n| pick(1, n)) + range * away;
             if i % 2 == 0 {
                 let direction = DVec3::new(draw(3), -1.0, draw(4));
                 Light::Spot { position, direction, inner_angle_deg: 30.0, outer_angle_deg: 50.0, range }
