@@ -433,7 +433,7 @@ fn coverage_is_the_share_of_samples_beside_the_caster() {
         assert!((0..16).all(|i| rows[i] == i as f64 + 0.5), "{rows:?}");
     }
     assert!(compare_coverage(&[1.0], &[1.0], &whole).is_err());
-    assert!(compare_coverage(&vec![f32::NAN; 12], &vec![0.0; 12], &whole).is_err());
+    assert!(compare_coverage(&[f32::NAN; 12], &[0.0; 12], &whole).is_err());
 }
 
 /// Asserts visibility, decided and facing of each pixel, and that one ray a pixel gives the same visibility.
