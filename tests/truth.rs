@@ -2,12 +2,12 @@
 #![cfg(feature = "lab")]
 
 use glam::{DVec3, Vec3};
-use umbrage::Light;
 use umbrage::scene::{Attributes, Instance, Material, Mesh, NO_TEXTURE, Scene};
 use umbrage::truth::{
-    GBuffer, Metrics, PixelClass, Reference, Tracer, alpha_at, classify, compare, ray_offsets, reference,
-    reference_soft, rmse, trace_visibility,
+    GBuffer, Metrics, PixelClass, Reference, Tracer, alpha_at, classify, compare, compare_coverage, ray_offsets,
+    reference, reference_coverage, reference_soft, rmse, trace_visibility,
 };
+use umbrage::{Light, sample_places};
 
 const IDENTITY: [[f32; 4]; 3] = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
 
@@ -394,6 +394,46 @@ fn decided_pixels() {
     let image = got.visibility_image();
     assert_eq!(image[10], 1.0, "sky is 1 in the file");
     assert_eq!((image[0], image[1], image[8], image[9]), (1.0, 0.0, 0.0, 0.0));
+}
+
+#[test]
+fn coverage_is_the_share_of_samples_beside_the_caster() {
+    let mut scene = Scene { bounds_min: DVec3::ZERO, bounds_max: DVec3::new(0.0, 100.0, 0.0), ..empty_scene() };
+    add_quad(&mut scene, 2.0, [-9.0, -9.0], [0.0, 9.0]);
+    // a bump within a fifth of the way to the samples is the pixel's own surface, one of two fifths is not
+    add_quad(&mut scene, 0.02, [19.8, -0.2], [20.2, 0.2]);
+    add_quad(&mut scene, 0.6, [29.0, -1.0], [31.0, 1.0]);
+    let places = [-3.0f32, -0.5, -0.3, -0.1, 0.0, 0.2, 0.4, 0.49, 3.0];
+    let up = |x: f32| Some((Vec3::new(x, 0.0, 0.0), Vec3::Y));
+    let pixels: Vec<Surface> = places.into_iter().map(up).chain([up(19.5), up(30.0), None]).collect();
+    // a pixel is as long and wide as a unit of the ground
+    let gbuffer = GBuffer { ray_steps: [DVec3::X / 64.0, DVec3::Z / 64.0], ..gbuffer(&pixels) };
+    let (tracer, light) = (Tracer::new(&scene), Light::directional(DVec3::NEG_Y));
+    let whole = trace(&scene, &gbuffer, &light).unwrap();
+    for samples in [1, 4, 16] {
+        let got = reference_coverage(&tracer, &scene, &gbuffer, &light, samples, &|_| {}).unwrap();
+        let lit = |x: f32| sample_places(samples).iter().filter(|place| f64::from(x) + place[0] > 0.0).count();
+        let want = places.iter().map(|&x| lit(x) as f32 / samples as f32);
+        let want: Vec<f32> = want.chain([1.0, 0.0, 1.0]).collect();
+        assert_eq!(got[..4], want[..4], "{samples} samples");
+        assert_eq!(got[5..], want[5..], "{samples} samples");
+        let same = compare_coverage(&got, &got, &whole).unwrap();
+        assert_eq!((same.mean, same.edge, same.worst, same.pixels), (0.0, 0.0, 0.0, 11), "{same:?}");
+        let edges = got.iter().filter(|&&share| share > 0.0 && share < 1.0).count();
+        assert_eq!(same.edge_pixels as usize, edges);
+        assert!(edges >= if samples > 1 { 3 } else { 0 });
+        let dark = compare_coverage(&vec![0.0; got.len()], &got, &whole).unwrap();
+        let sum: f32 = got[..11].iter().sum();
+        assert!((dark.mean - 100.0 * f64::from(sum) / 11.0).abs() < 1e-4 && dark.worst == 100.0, "{dark:?}");
+    }
+    let places = sample_places(16);
+    for axis in 0..2 {
+        let mut rows: Vec<f64> = places.iter().map(|place| 16.0 * (place[axis] + 0.5)).collect();
+        rows.sort_by(f64::total_cmp);
+        assert!((0..16).all(|i| rows[i] == i as f64 + 0.5), "{rows:?}");
+    }
+    assert!(compare_coverage(&[1.0], &[1.0], &whole).is_err());
+    assert!(compare_coverage(&[f32::NAN; 12], &[0.0; 12], &whole).is_err());
 }
 
 /// Asserts visibility, decided and facing of each pixel, and that one ray a pixel gives the same visibility.

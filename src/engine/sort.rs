@@ -74,7 +74,7 @@ impl Passes {
             match one {
                 Some(one) => self.scan.dispatch_indirect(cmd, &16u32, arguments, one),
                 None => self.scan.dispatch(cmd, &16u32, [1, 1, 1]),
-            }
+            };
             next();
             self.scatter[side].dispatch_indirect(cmd, &(4 * digit), arguments, blocks);
             next();
