@@ -99,6 +99,9 @@ impl Filter {
 /// Bytes of the page table for each distinct page asked for: four slots of key, entry and node.
 const REQUEST_BYTES: u64 = 4 * (8 + 4 + size_of::<crate::gpu::structs::Node>() as u64);
 
+/// Rise of a surface above the plane of a pixel's middle, over the way from there, that samples bear.
+pub(crate) const BEND: f32 = 0.2;
+
 /// Most pairs of a frame.
 pub(crate) const MAX_PAIRS: u32 = 1 << 21;
 
@@ -171,8 +174,8 @@ pub struct Config {
     pub route: RequestRoute,
     /// Which pages give way when the atlas is full.
     pub pressure: Pressure,
-    /// Device memory for the page table, in bytes: 480 for each distinct page that pixels may ask for, of which a power
-    /// of two from 1024 to 65536 is allowed; beyond them all requests are coarsened.
+    /// Device memory for the page table, in bytes: [`Config::table_bytes`] of a power of two from 1024 to 131072 distinct
+    /// pages that pixels may ask for; beyond them all requests are coarsened.
     pub page_table_bytes: u64,
     /// Share of the atlas, in percent, that a frame leaves to pages of earlier frames; 0 to 50. A small one keeps pages that
     /// come and go with a pixel's jitter from being drawn again and again.
@@ -229,7 +232,7 @@ impl Config {
             level_rule: LevelRule::Area,
             route: RequestRoute::Flags,
             pressure: Pressure::Demand,
-            page_table_bytes: 32768 * REQUEST_BYTES,
+            page_table_bytes: Self::table_bytes(32768),
             spare_percent: 10,
             pages_per_frame: 192,
             sun_pages_per_frame: 96,
@@ -277,14 +280,19 @@ impl Config {
         (pages - pages * u64::from(self.spare_percent) / 100) as u32
     }
 
+    /// Bytes of a page table for so many distinct pages that pixels may ask for.
+    pub const fn table_bytes(requests: u32) -> u64 {
+        requests as u64 * REQUEST_BYTES
+    }
+
     /// Distinct pages that pixels may ask for: what the page table's memory allows.
     pub fn request_capacity(&self) -> u32 {
         let fitting = (self.page_table_bytes / REQUEST_BYTES).clamp(1, 1 << 20);
         1 << fitting.ilog2()
     }
 
-    /// Entries of the page table. Requests and their ancestors fill less than a third of it in ordinary views; requests so sparse that
-    /// they fill it (none shares an ancestor below level 6) are served by coarser pages and counted.
+    /// Entries of the page table. Requests and their ancestors fill less than a third of it in ordinary views; requests so
+    /// sparse that they fill it (none shares an ancestor below level 4) are served by coarser pages and counted.
     pub(crate) fn table_size(&self) -> u32 {
         4 * self.request_capacity()
     }
@@ -295,13 +303,13 @@ impl Config {
     }
 
     /// A pixel that is d levels short of its wish weighs 2^d, d at most this, so that the weights of all pixels fit 31 bits.
-    /// `pixels`: of all views.
+    /// `pixels`: of all views, each of which asks for two pages where levels blend.
     #[doc(hidden)]
     pub fn weight_bits(&self, pixels: u64) -> u32 {
         if self.pressure == Pressure::Histogram {
             return 0;
         }
-        30u32.saturating_sub(pixels.max(1).ilog2()).min(10)
+        30u32.saturating_sub((pixels << u32::from(self.level_blend)).max(1).ilog2()).min(10)
     }
 
     /// Checks every field; `max_layers` is what the device allows in one array image.
@@ -368,10 +376,10 @@ impl Config {
             "a power of two from 8 to 128".into(),
         )?;
         limit(
-            (1024..=131072).contains(&(self.page_table_bytes / REQUEST_BYTES)),
+            (1024..=131_072).contains(&(self.page_table_bytes / REQUEST_BYTES)),
             "page_table_bytes",
             self.page_table_bytes,
-            format!("{} to {} bytes", 1024 * REQUEST_BYTES, 131072 * REQUEST_BYTES),
+            format!("{} to {} bytes", Self::table_bytes(1024), Self::table_bytes(131_072)),
         )?;
         limit(
             FACES * self.lights <= self.request_capacity(),

@@ -423,6 +423,7 @@ fn fine_pages_two_centimetres_above_ten_kilometres() {
         let rows = &place.json("a/compare.json")["rows"];
         assert!(number(&rows[0], "/mismatch") < 0.5 && number(&rows[0], "/off_edge") == 0.0, "{}", rows[0]);
         assert!(number(&rows[0], "/edge_pixels") > 100.0, "{}", rows[0]);
+        // so few, as lines through coarse texels come close to straight edges
         assert!(number(&rows[1], "/off_edge") > 0.1, "coarse pages do as well: {}", rows[1]);
     }
 }

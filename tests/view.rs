@@ -425,3 +425,17 @@ fn a_frame_between_keys_that_cannot_be_drawn_is_named() {
     let error = path.cameras(&base, &around, 3, 3, 1).unwrap_err().to_string();
     assert!(error.starts_with("p.json: at frame 1 camera.up is") && error.contains("allowed is"), "{error}");
 }
+
+#[test]
+fn committed_views_are_read() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/views");
+    let mut read = [0, 0];
+    for (count, folder) in read.iter_mut().zip([folder.clone(), folder.join("local")]) {
+        let files = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
+        for file in files.filter(|file| file.extension().is_some_and(|extension| extension == "json")) {
+            ViewFile::read(&file).unwrap();
+            *count += 1;
+        }
+    }
+    assert_eq!(read, [24, 8]);
+}

@@ -19,6 +19,9 @@ layout(constant_id = 7) const bool RANGED = false;  // whether `ranges` are know
 layout(constant_id = 8) const bool EXACT = false;     // whether what the map cannot decide is left to rays
 layout(constant_id = 9) const uint RAY_CAPACITY = 0u;
 layout(constant_id = 10) const uint SAMPLES = 1u;     // of a pixel, with EXACT
+// The surface may rise above the plane of a pixel's middle by this share of the way from there: samples are moved so far
+// towards the light that it does not shadow itself, for no more than the way.
+layout(constant_id = 11) const float BEND = 0.0;
 layout(std140, binding = 0) uniform FrameBlock { Frame frame; };
 layout(binding = 1) uniform sampler2D depth_image;
 layout(binding = 2) uniform usampler2D receiver_image;
@@ -85,10 +88,6 @@ int find_view(uint slot, Light light, vec3 from_eye, vec3 n, vec3 dx, vec3 dy, o
     return MAP_LOOK;
 }
 
-// The surface may rise above the plane of a pixel's middle by this share of the way from there: samples are moved so far
-// towards the light that it does not shadow itself, for no more than the way.
-const float BEND = 0.2;
-
 // Part of a sample's way from the middle of its pixel by which it is moved towards the light.
 float towards_light(Light light, vec3 from_eye, vec3 n) {
     vec3 way = is_sun(light) ? light.axis_z.xyz : normalize(from_eye + light.eye.xyz);
@@ -102,7 +101,7 @@ vec3 pixel_side(vec3 from_eye, vec3 n, vec3 d) {
     return d * min(1.0, length(from_eye) / max(length(d), 1e-30));
 }
 
-// The place of a sample in its pixel: Hammersley's points, no two in a row or a column. They are the same in all pixels: turned
+// `sample_places` of src/config.rs: Hammersley's points, no two in a row or a column. They are the same in all pixels: turned
 // ones would trade steps that follow an edge for noise.
 vec2 sample_place(uint i) {
     float least = 0.5 / float(SAMPLES) - 0.5;
@@ -121,14 +120,21 @@ vec3 sample_point(uint i, Light light, vec3 from_eye, vec3 n, vec3 side_x, vec3 
     return at - (is_sun(light) ? move * light.axis_z.xyz : q * min(move / length(q), 0.5));
 }
 
-// A sample that the map calls lit is counted, and one that it leaves in doubt gets a bit.
-void count_sample(uint i, int decision, inout uint lit, inout uint asked) {
-    lit += uint(decision == MAP_LIT);
-    asked |= uint(decision == MAP_UNDECIDED) << i;
+// What the map says of the samples of a pixel.
+struct Samples {
+    uint lit;    // how many certainly are
+    uint asked;  // a bit for each that it leaves in doubt
+    uint leans;  // a bit for each that is lit rather than not
+};
+
+void count_sample(uint i, int decision, bool leans, inout Samples samples) {
+    samples.lit += uint(decision == MAP_LIT);
+    samples.asked |= uint(decision == MAP_UNDECIDED) << i;
+    samples.leans |= uint(leans) << i;
 }
 
 // All samples of a pixel by one page; false where they do not lie in one.
-bool page_decides(uint slot, Light light, vec3 from_eye, vec3 n, vec3 side_x, vec3 side_y, inout uint lit, inout uint asked) {
+bool page_decides(uint slot, Light light, vec3 from_eye, vec3 n, vec3 side_x, vec3 side_y, inout Samples samples) {
     float farthest = 0.5 * (length(side_x) + length(side_y));
     int reached = light_reaches(light, from_eye, 2.0 * farthest);
     if (reached != MAP_LIT) {
@@ -148,13 +154,15 @@ bool page_decides(uint slot, Light light, vec3 from_eye, vec3 n, vec3 side_x, ve
     // as many quads as the samples one by one take
     float rise = view.rise * towards_light(light, from_eye, n);
     int all = map_decides_all(plane, view.layers, view.fine, extent, rise * farthest, 2.0 * float(SAMPLES));
-    lit = all == MAP_LIT ? SAMPLES : 0u;
+    samples.lit = all == MAP_LIT ? SAMPLES : 0u;
     for (uint i = 0u; i < SAMPLES && all == MAP_UNDECIDED; i++) {
         vec2 place = sample_place(i);
         vec2 shift = place.x * view.dx + place.y * view.dy;
         float depth = plane.depth + dot(plane.slope, shift) + rise * length(place.x * side_x + place.y * side_y);
         Plane at = Plane(plane.texel + shift, depth, plane.slope, plane.bias);
-        count_sample(i, map_decides(at, view.layers, view.fine), lit, asked);
+        bool leans;
+        int decision = map_decides(at, view.layers, view.fine, leans);
+        count_sample(i, decision, leans, samples);
     }
     return true;
 }
@@ -163,32 +171,33 @@ bool page_decides(uint slot, Light light, vec3 from_eye, vec3 n, vec3 side_x, ve
 // Wyman, Hoetzlein and Lefohn 2015, take 32 samples of the pixel's quad on the receiver's plane).
 float exact_visibility(uint slot, Light light, vec3 from_eye, vec3 n, vec3 dx, vec3 dy) {
     vec3 side_x = dx, side_y = dy;
-    uint lit = 0u;
-    uint asked = 0u;  // a bit for each sample that the map leaves in doubt
+    Samples samples = Samples(0u, 0u, 0u);
     bool decided = false;
     if (SAMPLES > 1u) {
         side_x = pixel_side(from_eye, n, dx);
         side_y = pixel_side(from_eye, n, dy);
-        decided = page_decides(slot, light, from_eye, n, side_x, side_y, lit, asked);
+        decided = page_decides(slot, light, from_eye, n, side_x, side_y, samples);
     }
     for (uint i = 0u; i < SAMPLES && !decided; i++) {
         View view;
         int decision = find_view(slot, light, sample_point(i, light, from_eye, n, side_x, side_y), n, side_x, side_y, view);
-        decision = decision == MAP_LOOK ? map_decides(view.plane, view.layers, view.fine) : decision;
-        count_sample(i, decision, lit, asked);
+        bool leans = false;
+        if (decision == MAP_LOOK) {
+            decision = map_decides(view.plane, view.layers, view.fine, leans);
+        }
+        count_sample(i, decision, leans, samples);
     }
+    uint asked = samples.asked;
     uint count = bitCount(asked);
     if (count == 0u) {
-        return float(lit) / float(SAMPLES);
+        return float(samples.lit) / float(SAMPLES);
     }
-    uint index = atomicAdd(ray_count, count);
+    // beyond the capacity nothing is counted, so that the count never wraps
+    uint index = ray_count < RAY_CAPACITY ? atomicAdd(ray_count, count) : RAY_CAPACITY;
     bool room = index + count <= RAY_CAPACITY;
-    uint packed = slot | lit << 16 | count << 24;
+    uint packed = slot | samples.lit << 16 | count << 24;
     for (; asked != 0u; asked &= asked - 1u) {
         vec3 from = sample_point(uint(findLSB(asked)), light, from_eye, n, side_x, side_y);
-        if (!room) {
-            lit += uint(umbrage_visibility(slot, light, from, n, dx, dy));
-        }
         if (index < RAY_CAPACITY) {
             ray_items[index] = uvec2(gl_GlobalInvocationID.x | gl_GlobalInvocationID.y << 16, room ? packed : 0u);
             rays[2u * index] = vec4(from, is_sun(light) ? 1e30 : 1.0);
@@ -197,7 +206,7 @@ float exact_visibility(uint slot, Light light, vec3 from_eye, vec3 n, vec3 dx, v
         packed = 0u;
         index++;
     }
-    return room ? 0.0 : float(lit) / float(SAMPLES);
+    return room ? 0.0 : float(samples.lit + bitCount(samples.asked & samples.leans)) / float(SAMPLES);
 }
 
 float visibility_of(uint slot, Light light, vec3 from_eye, vec3 n, vec3 dx, vec3 dy) {

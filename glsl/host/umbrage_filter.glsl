@@ -3,9 +3,9 @@
 
 float caster_depth(uvec2 layers, vec2 texel) {
     float depth = 0.0;
-    uint count = layer_count(layers);
+    uint count = umbrage_layer_count(layers);
     for (uint i = 0u; i < count; i++) {
-        depth = max(depth, texelFetch(atlas, ivec3(texel, layer_of(layers, i)), 0).r);
+        depth = max(depth, texelFetch(atlas, ivec3(texel, umbrage_layer(layers, i)), 0).r);
     }
     return depth;
 }

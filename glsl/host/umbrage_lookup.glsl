@@ -49,17 +49,17 @@ Plane umbrage_plane(Light light, Receiver r, uint entry) {
 uvec2 umbrage_layers(uint entry) { return uvec2(entry_slot(entry), entry_dynamic(entry)); }
 
 // A loop over these instead of a branch: where devices run both sides of a branch, pages without moving casters read one layer.
-uint layer_count(uvec2 layers) { return layers.y == 0u ? 1u : 2u; }
-uint layer_of(uvec2 layers, uint i) { return i == 0u ? layers.x : layers.y - 1u; }
+uint umbrage_layer_count(uvec2 layers) { return layers.y == 0u ? 1u : 2u; }
+uint umbrage_layer(uvec2 layers, uint i) { return i == 0u ? layers.x : layers.y - 1u; }
 
 // Depths of the nearest casters at the texels low, low + (1, 0), low + (0, 1) and low + (1, 1).
 vec4 caster_quad(uvec2 layers, vec2 low) {
     // the gather of a nearest sampler: its four texels meet at the coordinate given
     vec2 meet = (low + 1.0) / vec2(textureSize(atlas, 0).xy);
     vec4 casters = vec4(0.0);
-    uint count = layer_count(layers);
+    uint count = umbrage_layer_count(layers);
     for (uint i = 0u; i < count; i++) {
-        casters = max(casters, textureGather(atlas, vec3(meet, float(layer_of(layers, i))), 0).wzxy);
+        casters = max(casters, textureGather(atlas, vec3(meet, float(umbrage_layer(layers, i))), 0).wzxy);
     }
     return casters;
 }
@@ -68,7 +68,7 @@ vec4 caster_quad(uvec2 layers, vec2 low) {
 // (book, 5.1.4). Where the four nearest tests differ, the edge is the line midway between the lit and the dark of the 4 x 4
 // nearest texels, across the direction in which light increases; where no such line parts them, the contour at which the
 // bilinear blend of the nearest four is one half.
-float plane_visibility(Plane plane, uvec2 layers) {
+float umbrage_plane_visibility(Plane plane, uvec2 layers) {
     vec2 low = floor(plane.texel - 0.5);
     vec2 f = plane.texel - 0.5 - low;
     float first = plane.depth - dot(plane.slope, f);
@@ -118,5 +118,5 @@ float umbrage_visibility(uint slot, Light light, vec3 from_eye, vec3 n, vec3 dx,
     if (entry == 0u) {
         return 0.0;
     }
-    return plane_visibility(umbrage_plane(light, r, entry), umbrage_layers(entry));
+    return umbrage_plane_visibility(umbrage_plane(light, r, entry), umbrage_layers(entry));
 }

@@ -9,6 +9,9 @@ use crate::{Config, Error};
 use ash::vk;
 use std::sync::Arc;
 
+/// Origin and direction of a ray.
+pub(crate) const RAY_BYTES: u32 = 32;
+
 pub(crate) struct Exact {
     /// Number of items: a word.
     pub(crate) count: Buffer,
@@ -38,7 +41,7 @@ impl Exact {
         let many = u64::from(capacity);
         let none = vk::BufferUsageFlags::empty();
         let count = Buffer::storage(gpu, "exact items", 4, none)?;
-        let rays = Buffer::storage(gpu, "exact rays", 32 * many, none)?;
+        let rays = Buffer::storage(gpu, "exact rays", u64::from(RAY_BYTES) * many, none)?;
         let visibility = Buffer::storage(gpu, "exact visibility", 4 * many, none)?;
         let items = Buffer::storage(gpu, "exact pixels", 8 * many, none)?;
         let arguments = Buffer::storage(gpu, "exact dispatch", 12, vk::BufferUsageFlags::INDIRECT_BUFFER)?;

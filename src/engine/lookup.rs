@@ -1,9 +1,11 @@
 //! The full-screen mask: visibility towards every light.
-//! Reads: depth, receiver planes, lights of each tile, page table, atlas, depth ranges. Writes: mask. No capacity.
+//! Reads: depth, receiver planes, lights of each tile, page table, atlas, depth ranges. Writes: mask, and with exact
+//! edges the rays of what the map cannot decide. At their capacity the map decides.
 
 use super::buffers::Buffers;
 use super::exact::Exact;
 use super::view::ViewBuffers;
+use crate::config::BEND;
 #[cfg(feature = "lab")]
 use crate::gpu::Image;
 use crate::gpu::{Binding, Compute, Gpu, spirv};
@@ -32,11 +34,12 @@ impl Lookup {
         let bindings = [&bindings[..], &rays].concat();
         let [filter, taps] = config.filter.words();
         let [traces, capacity] = exact.map_or([0; 2], |exact| [1, exact.capacity]);
+        let bend = BEND.to_bits();
         let pass = |sun| {
             let [blend, ranged] = [config.level_blend, config.filter.ranged()].map(u32::from);
             let (table, bits) = (config.table_size(), config.mask_bits);
             let constants =
-                [table, config.gutter, bits, sun, filter, taps, blend, ranged, traces, capacity, config.samples];
+                [table, config.gutter, bits, sun, filter, taps, blend, ranged, traces, capacity, config.samples, bend];
             Compute::new(gpu, "lookup", spirv!("engine/lookup.comp"), &bindings, &constants, 0)
         };
         Ok(Self([pass(0)?, pass(1)?]))

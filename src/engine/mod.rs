@@ -119,8 +119,13 @@ impl Engine {
             RequestRoute::Flags => None,
             RequestRoute::Sort => {
                 // room for each key that a workgroup's 64 pixels may ask for
-                let groups: u32 = views.iter().map(|v| v.size[0].div_ceil(8) * v.size[1].div_ceil(8)).sum();
-                let capacity = 64 * groups * (1 + u32::from(config.level_blend));
+                let groups = views.iter().map(|v| u64::from(v.size[0].div_ceil(8)) * u64::from(v.size[1].div_ceil(8)));
+                let capacity = 64 * groups.sum::<u64>() * (1 + u64::from(config.level_blend));
+                let capacity = u32::try_from(capacity).map_err(|_| Error::Limit {
+                    field: "route",
+                    given: format!("sort of {capacity} requests"),
+                    limit: "less than 2^32 of all views".into(),
+                })?;
                 Some(sort::Sort::new(gpu, &b.counters, &b.arguments, capacity)?)
             }
         };

@@ -2,7 +2,7 @@
 
 use super::buffers::Buffers;
 use super::bvh::Bvh;
-use super::exact::Exact;
+use super::exact::{self, Exact};
 use super::gradient::Gradient;
 use super::lookup::Lookup;
 use super::request::Request;
@@ -13,7 +13,8 @@ use crate::{Config, Error};
 use ash::vk;
 use std::sync::Arc;
 
-/// Rays of each sample of a small image; others have as many as pixels and a quarter of their samples.
+/// Rays of each sample of a small image; others have as many as pixels, or a quarter of their samples if those are more, and
+/// none more than a storage buffer holds.
 const LEAST_RAYS: u32 = 16384;
 
 /// What the passes of a view read and write.
@@ -72,6 +73,7 @@ impl View {
         let frame = b.frame(number);
         let pixels = size[0].saturating_mul(size[1]);
         let rays = pixels.saturating_mul(config.samples.div_ceil(4)).max(LEAST_RAYS * config.samples);
+        let rays = rays.min(gpu.limits.max_storage_buffer_range / exact::RAY_BYTES);
         let exact = bvh.map(|bvh| Exact::new(gpu, config, bvh, rays, frame, Some(&buffers.mask))).transpose()?;
         Ok(Self {
             size,

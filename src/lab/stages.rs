@@ -104,7 +104,7 @@ fn small(size: [u32; 2]) -> Config {
     Config {
         atlas_bytes: 16 * 4 * 64 * 64,
         page_texels,
-        page_table_bytes: 240 << 10,
+        page_table_bytes: Config::table_bytes(1 << 10),
         pair_capacity: 1024,
         ..Config::new(size)
     }
@@ -202,7 +202,7 @@ impl ScreenStage {
             Image::new(&lab.gpu, name, &ImageSpec { format, width: size[0], height: size[1], layers: 0, usage })
         };
         let keys = if route == RequestRoute::Flags { capacity } else { 1024 };
-        let config = Config { route, page_table_bytes: 240 * u64::from(keys), lights, mask_bits: 1, ..small(size) };
+        let config = Config { route, page_table_bytes: Config::table_bytes(keys), lights, mask_bits: 1, ..small(size) };
         let b = Buffers::new(&lab.gpu, &config, &lab.buffers, 1)?;
         let mut view = ViewBuffers::new(&lab.gpu, &config, size)?;
         view.receiver = image("receiver planes", vk::Format::R32G32B32A32_UINT, U::STORAGE | U::TRANSFER_SRC)?;

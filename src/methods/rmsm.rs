@@ -29,7 +29,7 @@ const PARAMETERS: &[Parameter] = &[
         key: "gutter",
         default: "auto",
         allowed: "auto or 1 to 8",
-        meaning: "border of a page in texels; auto: what the filter needs",
+        meaning: "border of a page in texels, at least auto: what the filter reads, 2 without one",
     },
     Parameter {
         key: "virtual",

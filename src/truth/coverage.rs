@@ -2,11 +2,9 @@
 
 use super::reference::{dvec3, snap, to_light, trace_visibility};
 use super::{GBuffer, Reference, Tracer, TruthError};
-use crate::{Light, config::sample_places, scene::Scene};
+use crate::config::{BEND, sample_places};
+use crate::{Light, scene::Scene};
 use glam::DVec3;
-
-/// Rise of a surface above the plane of a pixel's middle over the way from there that samples bear.
-const BEND: f64 = 0.2;
 
 /// The share of `samples` of every pixel that the light reaches, ray-traced: 0 to 1, and 1 where there is no surface.
 ///
@@ -24,6 +22,7 @@ pub fn reference_coverage(
 ) -> Result<Vec<f32>, TruthError> {
     let places = sample_places(samples);
     let count = places.len() as f32;
+    let bend = f64::from(BEND);
     let mut lit = vec![0.0; gbuffer.checked_len()?];
     for (i, place) in (1u8..).zip(&places) {
         let mut moved = gbuffer.clone();
@@ -33,7 +32,7 @@ pub fn reference_coverage(
             let at = dvec3(gbuffer.position[pixel]) + shift;
             let to_light = to_light(light, scene.origin, gbuffer.eye + at).unwrap_or(DVec3::ZERO);
             let unit = to_light.normalize_or_zero();
-            let move_by = shift.length() * BEND / dvec3(gbuffer.normal[pixel]).dot(unit).max(BEND);
+            let move_by = shift.length() * bend / dvec3(gbuffer.normal[pixel]).dot(unit).max(bend);
             let end = if matches!(light, Light::Directional { .. }) { f64::INFINITY } else { 0.5 * to_light.length() };
             moved.position[pixel] = (at + unit * move_by.min(end)).as_vec3().to_array();
         }

@@ -13,8 +13,9 @@ pub const MAX_SYNTHETIC_LIGHTS: u32 = 1365;
 const RANGE: f64 = 0.06;
 
 impl View {
-    /// The view with `count` lights in place of its own, spots and points by turns. Each hangs above and beside a vertex of an
-    /// instance drawn at random, by a tenth to a half and at most a tenth of its range, so that it lies in no wall's plane; spots shine down. The first n of more lights are the same.
+    /// The view with `count` lights in place of its own, spots and points by turns. Each hangs above a vertex of an instance
+    /// drawn at random, by a tenth to a half of its range, and up to a tenth of it aside along each axis, so that it lies in no
+    /// wall's plane; spots shine down. The first n of more lights are the same.
     pub fn with_lights(self, scene: &Scene, count: u32, seed: u64) -> View {
         let range = RANGE * scene.diagonal();
         let lights = (0..count).map(|i| {

@@ -30,7 +30,7 @@ pub fn config(pages: u64, level_bias: f32) -> Config {
     Config {
         page_texels: 64,
         atlas_bytes: pages * 4 * 64 * 64,
-        page_table_bytes: 240 * u64::from(KEYS),
+        page_table_bytes: Config::table_bytes(KEYS),
         spare_percent: 0,
         pair_capacity: 1024,
         level_bias,

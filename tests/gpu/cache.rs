@@ -22,7 +22,7 @@ fn small() -> Config {
     Config {
         atlas_bytes: 64 * 4 * 64 * 64,
         page_texels: 64,
-        page_table_bytes: 240 << 11,
+        page_table_bytes: Config::table_bytes(1 << 11),
         pages_per_frame: 4096,
         sun_pages_per_frame: 4096,
         level_bias: -1.0,

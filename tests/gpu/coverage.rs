@@ -114,6 +114,48 @@ fn shares_do_not_depend_on_the_pages() {
     }
 }
 
+/// Texels larger than pixels, the edge of a sheet's shadow on each of their sides.
+#[test]
+fn edges_just_beyond_a_texel_are_noticed() {
+    for direction in [[0.7, -1.0, 0.1], [-0.7, -1.0, 0.1], [0.1, -1.0, 0.7], [0.1, -1.0, -0.7]] {
+        let (scene, view) = scenes::sheet_over_floor(SIZE);
+        let lab = Bench::new(scene, View { lights: vec![Light::directional(direction.into())], ..view });
+        let e = error(&lab, 0, 4, &shares(&lab, &Config { level_bias: 2.0, ..config(1, 4) }).0[0]);
+        println!("{direction:?}: {e:?}");
+        assert!(e.edge_pixels > 50 && e.mean <= 0.02 && e.edge <= 0.6, "{direction:?}: {e:?}");
+    }
+}
+
+/// More rays than there is room for, as no page serves most of the lights: some pixels are left to the map. Where it has no
+/// page it is dark, on the edges of the others it is nearly right.
+#[test]
+fn rays_beyond_the_capacity_are_left_to_the_map() {
+    let (scene, view) = scenes::room(SIZE);
+    let count = 12;
+    let lights = (0..count).map(|i| point([0.05 * f64::from(i) - 0.3, 1.5, 0.1 * f64::from(i) - 0.6], 9.0));
+    let lab = Bench::new(scene, View { lights: lights.collect(), ..view });
+    let plenty = config(count as usize, 4);
+    let (want, few) = shares(&lab, &plenty);
+    let starved = Config { page_texels: 512, atlas_bytes: 16 << 20, gutter: 2, ..plenty };
+    let (got, many) = shares(&lab, &starved);
+    let room = (SIZE[0] * SIZE[1]).max(16384 * 4);
+    println!("{few} and {many} rays, room for {room}");
+    assert!(few < room && many >= room, "{few} and {many} rays, room for {room}");
+    let (mut right, mut dark, mut near) = (0, 0, 0);
+    for (want, got) in want.iter().flatten().zip(got.iter().flatten()) {
+        let count = if want == got {
+            &mut right
+        } else if *got == 0.0 {
+            &mut dark
+        } else {
+            &mut near
+        };
+        *count += 1;
+    }
+    println!("{right} right, {dark} dark, {near} near");
+    assert!(dark > 1000 && (1..right / 20).contains(&near), "{right} right, {dark} dark, {near} near");
+}
+
 #[test]
 fn samples_need_rays_and_room_in_the_mask() {
     let lab = Bench::plain();

@@ -80,7 +80,7 @@ fn both_routes_give_the_same_frame() {
     let plenty = config();
     let tight = Config { atlas_bytes: 2 << 20, ..plenty.clone() };
     // more than 1024 pages are asked for; a quarter by a quarter of them are not
-    let coarsened = Config { level_bias: -4.0, page_table_bytes: 240 << 10, ..plenty.clone() };
+    let coarsened = Config { level_bias: -4.0, page_table_bytes: Config::table_bytes(1 << 10), ..plenty.clone() };
     both_routes_agree("street", scenes::street(SIZE), &[plenty.clone(), tight, coarsened]);
     let (scene, view) = scenes::sphere_on_plane(SIZE);
     let lights = crate::lights::mixed_lights();
@@ -97,7 +97,7 @@ fn both_routes_agree_when_every_pixel_has_a_page_of_its_own() {
     let (scene, view) = scenes::street(SIZE);
     let lab = Bench::new(scene, view);
     let shift = |route| {
-        let config = Config { level_bias: -8.0, page_table_bytes: 240 << 16, route, ..config() };
+        let config = Config { level_bias: -8.0, page_table_bytes: Config::table_bytes(1 << 16), route, ..config() };
         frame(&lab, &config).1.counters.shift
     };
     assert_eq!(shift(RequestRoute::Flags), shift(RequestRoute::Sort), "bias -8");
@@ -131,7 +131,7 @@ fn every_pixel_has_an_answer_when_space_runs_out() {
         ("least atlas", Config { atlas_bytes: 1 << 18, page_texels: 64, ..plenty.clone() }),
         ("pairs", Config { pair_capacity: least, ..plenty.clone() }),
         ("indices", Config { index_capacity: 0, ..plenty.clone() }),
-        ("keys", Config { page_table_bytes: 240 << 10, level_bias: -8.0, ..plenty.clone() }),
+        ("keys", Config { page_table_bytes: Config::table_bytes(1 << 10), level_bias: -8.0, ..plenty.clone() }),
     ];
     let lab = Bench::new(scene, view);
     let (best, _) = frame(&lab, &plenty);

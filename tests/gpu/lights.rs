@@ -382,7 +382,10 @@ fn configurations_that_cannot_serve_their_lights_are_refused() {
         other => panic!("{config:?}: {}", if other.is_ok() { "taken" } else { "another error" }),
     };
     let small = Config { mask_bits: 1, ..plenty(1) };
-    assert_eq!(refused(Config { lights: 171, page_table_bytes: 240 << 10, ..small.clone() }), "page_table_bytes");
+    assert_eq!(
+        refused(Config { lights: 171, page_table_bytes: Config::table_bytes(1 << 10), ..small.clone() }),
+        "page_table_bytes"
+    );
     assert_eq!(refused(Config { lights: 1366, ..small.clone() }), "lights");
     assert_eq!(refused(Config { lights: 0, ..small.clone() }), "lights");
     assert_eq!(refused(Config { lights: 17, route: RequestRoute::Sort, ..small.clone() }), "lights");
@@ -494,7 +497,8 @@ fn masks_of_all_widths_agree() {
         })
         .collect();
     for bits in [32, 8, 1] {
-        let config = Config { mask_bits: bits, level_bias: 0.0, page_table_bytes: 240 << 15, ..plenty(40) };
+        let config =
+            Config { mask_bits: bits, level_bias: 0.0, page_table_bytes: Config::table_bytes(1 << 15), ..plenty(40) };
         let mut stage = EngineStage::bare(&lab, &config).unwrap();
         let ids: Vec<_> = lights.iter().map(|light| stage.engine().add_light(light).unwrap()).collect();
         for &i in &[1, 31, 32, 36] {
@@ -574,7 +578,7 @@ fn views_share_pages_and_see_what_they_would_alone() {
     let lab = Bench::new(scene, view);
     let base = lab.view().camera;
     let plain = Config { level_bias: -1.0, ..plenty(4) };
-    let again = Config { level_bias: -7.0, page_table_bytes: 480 << 11, ..plain.clone() };
+    let again = Config { level_bias: -7.0, page_table_bytes: Config::table_bytes(1 << 11), ..plain.clone() };
     for (sizes, config) in [
         ([SIZE, SIZE], plain.clone()),
         ([[93, 150], SIZE], plain.clone()),
