@@ -1,4 +1,4 @@
-//! Where the edge of a shadow runs between the texels of a map: `umbrage_plane_visibility` of `glsl/host/umbrage_lookup.glsl`.
+//! Where the edge of a hard shadow runs between the texels of a map.
 
 /// Whether a point sees the light. `texel`: its place in texels from the layer's corner; `lit`: the tests of texels.
 ///

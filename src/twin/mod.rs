@@ -1,6 +1,6 @@
 //! The stages of the engine as plain serial code: what a stage's results must be, with the same overflow rules and the
-//! same bits. Tests run both on the same cases. Stems are those of `src/engine` and `glsl/engine`; `kernel`, `key`,
-//! `light` and `receiver` mirror `glsl/shared`, `contour` mirrors `glsl/host/umbrage_lookup.glsl`.
+//! same bits. Tests run both on the same cases. Stems are those of `src/engine` and `glsl/engine`; `contour`,
+//! `kernel`, `key`, `light` and `receiver` mirror `glsl/shared`.
 
 #![forbid(unsafe_code)]
 

@@ -167,7 +167,8 @@ fn masks(lab: &Bench, config: &Config) -> (Vec<Vec<f32>>, Table) {
 
 /// Errors of the exact frame: those of a second ray tracer.
 fn exact_matches_the_reference(name: &str, lab: &Bench) {
-    for (mask_bits, atlas_bytes) in [(32, 128 << 20), (1, 2 << 20)] {
+    // in the small atlas gaps between posts may be narrower than the texels that serve them
+    for (mask_bits, atlas_bytes, most_off) in [(32, 128 << 20, 0.01), (1, 2 << 20, 0.02)] {
         let lights = lab.view().lights.len();
         let config = Config { exact: true, mask_bits, atlas_bytes, ..plenty(lights) };
         let (words, _) = EngineStage::new(lab, &config).unwrap().all(lab).unwrap();
@@ -177,7 +178,7 @@ fn exact_matches_the_reference(name: &str, lab: &Bench) {
             println!("{name}, light {i}, exact: mismatch {:.4} %, edge_error {:.3} %", m.mismatch, m.edge_error);
             let case = format!("{name}, light {i}, {mask_bits} bits: {m:?}");
             // a fraction of a percent of pixels lies closer to an edge than single precision tells
-            assert!(m.mismatch <= 0.03 && m.edge_error <= 0.5 && m.off_edge <= 0.01 && m.lost <= 0.01, "{case}");
+            assert!(m.mismatch <= 0.03 && m.edge_error <= 0.5 && m.off_edge <= most_off && m.lost <= 0.01, "{case}");
         }
     }
 }
