@@ -1,14 +1,7 @@
 // Filtered visibility of a point towards a light. Needs umbrage_lookup.glsl and what that needs, `ranges` (least and greatest
 // stored depth of each layer of the atlas) and the constants FILTER, not FILTER_HARD, TAPS, RANGED and LEVEL_BLEND.
 
-float caster_depth(uvec2 layers, vec2 texel) {
-    float depth = 0.0;
-    uint count = umbrage_layer_count(layers);
-    for (uint i = 0u; i < count; i++) {
-        depth = max(depth, texelFetch(atlas, ivec3(texel, umbrage_layer(layers, i)), 0).r);
-    }
-    return depth;
-}
+float layer_depth(uint layer, vec2 texel) { return texelFetch(atlas, ivec3(texel, layer), 0).r; }
 
 #include "shared/kernel.glsl"
 

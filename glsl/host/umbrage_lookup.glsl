@@ -49,17 +49,21 @@ Plane umbrage_plane(Light light, Receiver r, uint entry) {
 uvec2 umbrage_layers(uint entry) { return uvec2(entry_slot(entry), entry_dynamic(entry)); }
 
 // A loop over these instead of a branch: where devices run both sides of a branch, pages without moving casters read one layer.
-uint umbrage_layer_count(uvec2 layers) { return layers.y == 0u ? 1u : 2u; }
-uint umbrage_layer(uvec2 layers, uint i) { return i == 0u ? layers.x : layers.y - 1u; }
+uint layer_count(uvec2 layers) { return layers.y == 0u ? 1u : 2u; }
+uint layer_of(uvec2 layers, uint i) { return i == 0u ? layers.x : layers.y - 1u; }
 
-// Depths of the nearest casters at the texels low, low + (1, 0), low + (0, 1) and low + (1, 1).
-vec4 caster_quad(uvec2 layers, vec2 low) {
+// Depths in a layer at the texels low, low + (1, 0), low + (0, 1) and low + (1, 1).
+vec4 layer_quad(uint layer, vec2 low) {
     // the gather of a nearest sampler: its four texels meet at the coordinate given
-    vec2 meet = (low + 1.0) / vec2(textureSize(atlas, 0).xy);
+    return textureGather(atlas, vec3((low + 1.0) / vec2(textureSize(atlas, 0).xy), float(layer)), 0).wzxy;
+}
+
+// Of the nearest casters in all layers.
+vec4 caster_quad(uvec2 layers, vec2 low) {
     vec4 casters = vec4(0.0);
-    uint count = umbrage_layer_count(layers);
+    uint count = layer_count(layers);
     for (uint i = 0u; i < count; i++) {
-        casters = max(casters, textureGather(atlas, vec3(meet, float(umbrage_layer(layers, i))), 0).wzxy);
+        casters = max(casters, layer_quad(layer_of(layers, i), low));
     }
     return casters;
 }

@@ -14,12 +14,13 @@ layout(std430, binding = 5) readonly buffer Fits { Fit fits[]; };
 layout(binding = 6) uniform sampler2DArray map;
 layout(binding = 7, r32f) writeonly uniform image2D visibility_image;
 
-vec4 caster_quad(uvec2 layers, vec2 low) {
+uint layer_count(uvec2 layers) { return 1u; }
+uint layer_of(uvec2 layers, uint i) { return layers.x; }
+vec4 layer_quad(uint layer, vec2 low) {
     // the gather of a nearest sampler: its four texels meet at the coordinate given
-    return textureGather(map, vec3((low + 1.0) / vec2(textureSize(map, 0).xy), float(layers.x)), 0).wzxy;
+    return textureGather(map, vec3((low + 1.0) / vec2(textureSize(map, 0).xy), float(layer)), 0).wzxy;
 }
-
-float caster_depth(uvec2 layers, vec2 texel) { return texelFetch(map, ivec3(texel, layers.x), 0).r; }
+float layer_depth(uint layer, vec2 texel) { return texelFetch(map, ivec3(texel, layer), 0).r; }
 
 #include "shared/kernel.glsl"
 

@@ -1,7 +1,9 @@
 // Percentage-closer filtering (Reeves et al. 1987; book, 5.1.4): the share of a kernel's texels at which the receiver's plane
-// is not behind the casters. Needs receiver.glsl, the constants FILTER and TAPS, and the depths of casters:
-//   vec4 caster_quad(uvec2 layers, vec2 low): at the texels low, low + (1, 0), low + (0, 1) and low + (1, 1)
-//   float caster_depth(uvec2 layers, vec2 texel)
+// is not behind the casters. Needs receiver.glsl, the constants FILTER and TAPS, and the depths of casters, the greatest of a
+// few layers:
+//   uint layer_count(uvec2 layers), uint layer_of(uvec2 layers, uint i)
+//   vec4 layer_quad(uint layer, vec2 low): at the texels low, low + (1, 0), low + (0, 1) and low + (1, 1)
+//   float layer_depth(uint layer, vec2 texel)
 // Kernels read texels up to TAPS / 2, rounded up, beyond that of the receiver; those farther out have weight 0.
 
 const uint FILTER_HARD = 0u;
@@ -34,13 +36,21 @@ float box_visibility(Plane plane, uvec2 layers) {
     float first = plane.depth + dot(plane.slope, low + 0.5 - plane.texel);
     vec4 quad = first + vec4(0.0, plane.slope.x, plane.slope.y, plane.slope.x + plane.slope.y);
     const uint side = bilinear ? TAPS + 1u : TAPS;
+    uint count = layer_count(layers);
     float sum = 0.0;
     for (uint y = 0u; y < side; y += 2u) {
         vec2 rows = box_weights(y, f.y);
         vec2 along = vec2(0.0);
+        // a row at a time: few loops over layers, and few registers
+        vec4 casters[5] = vec4[5](vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0));
+        for (uint i = 0u; i < count; i++) {
+            for (uint x = 0u; x < side; x += 2u) {
+                casters[x / 2u] = max(casters[x / 2u], layer_quad(layer_of(layers, i), low + vec2(x, y)));
+            }
+        }
         for (uint x = 0u; x < side; x += 2u) {
             vec4 depths = quad + (float(x) * plane.slope.x + float(y) * plane.slope.y);
-            vec4 lit = vec4(greaterThanEqual(depths, caster_quad(layers, low + vec2(x, y))));
+            vec4 lit = vec4(greaterThanEqual(depths, casters[x / 2u]));
             vec2 columns = box_weights(x, f.x);
             along += lit.xz * columns.x + lit.yw * columns.y;
         }
@@ -57,7 +67,11 @@ float disc_visibility(Plane plane, uvec2 layers, vec2 turn) {
     for (uint i = 0u; i < DISC_SAMPLES; i++) {
         vec2 texel = floor(plane.texel + vec2(dot(DISC[i], vec2(axis.x, -axis.y)), dot(DISC[i], axis.yx)));
         float depth = plane.depth + dot(plane.slope, texel + 0.5 - plane.texel);
-        lit += depth >= caster_depth(layers, texel) ? 1u : 0u;
+        float caster = layer_depth(layer_of(layers, 0u), texel);
+        if (layer_count(layers) > 1u) {
+            caster = max(caster, layer_depth(layer_of(layers, 1u), texel));
+        }
+        lit += depth >= caster ? 1u : 0u;
     }
     return float(lit) / float(DISC_SAMPLES);
 }
