@@ -49,6 +49,7 @@ Plane umbrage_plane(Light light, Receiver r, uint entry) {
 uvec2 umbrage_layers(uint entry) { return uvec2(entry_slot(entry), entry_dynamic(entry)); }
 
 // A loop over these instead of a branch: where devices run both sides of a branch, pages without moving casters read one layer.
+// A `for` loop: with `do` around a gather, Mesa 22.3's lavapipe gave wrong depths where neighbours differ in their layers.
 uint layer_count(uvec2 layers) { return layers.y == 0u ? 1u : 2u; }
 uint layer_of(uvec2 layers, uint i) { return i == 0u ? layers.x : layers.y - 1u; }
 
