@@ -14,6 +14,8 @@ mod frame;
 pub(crate) mod gradient;
 pub(crate) mod lights;
 pub(crate) mod lookup;
+
+pub(crate) mod query;
 pub(crate) mod request;
 pub(crate) mod sort;
 mod steer;
@@ -130,8 +132,9 @@ impl Engine {
             }
         };
         let compact = sort.as_ref().map(|sort| compact::Compact::new(gpu, &b, sort)).transpose()?;
-        let bvh = config.exact.then(|| bvh::Bvh::new(gpu, scene)).transpose()?;
-        let view = |numbered| View::new(gpu, config, &b, sort.as_ref(), numbered, bvh.as_ref());
+        let tree = config.exact && !query::chosen(gpu, config, scene);
+        let bvh = tree.then(|| bvh::Bvh::new(gpu, scene)).transpose()?;
+        let view = |numbered| View::new(gpu, config, scene, &b, sort.as_ref(), numbered, bvh.as_ref());
         Ok(Self {
             views: views.iter().enumerate().map(view).collect::<Result<_, _>>()?,
             lights: Lights::new(config.lights),

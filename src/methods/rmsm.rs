@@ -44,6 +44,12 @@ const PARAMETERS: &[Parameter] = &[
         meaning: "whether pixels that the map cannot decide are decided by rays against the casters",
     },
     Parameter {
+        key: "rays",
+        default: "auto",
+        allowed: "auto or tree",
+        meaning: "with exact=true: ray queries where the device has them, or always the engine's own tree",
+    },
+    Parameter {
         key: "samples",
         default: "1",
         allowed: "1, 4, 8 or 16; 1 without exact=true",
@@ -146,6 +152,7 @@ pub(super) fn config(spec: &MethodSpec, size: [u32; 2]) -> Result<Config, LabErr
     config.level_blend = spec.one_of("blend", "false", &["true", "false"])? == "true";
     config.gutter = if is_auto(spec, "gutter") { config.filter.reach() } else { spec.u32_in("gutter", 2, 1..=8)? };
     config.exact = spec.one_of("exact", "false", &["true", "false"])? == "true";
+    config.ray_query = spec.one_of("rays", "auto", &["auto", "tree"])? == "auto";
     config.samples = spec.one_of("samples", "1", &["1", "4", "8", "16"])?.parse().unwrap_or(1);
     config.virtual_bits = spec.u32_in("virtual", config.virtual_bits, 15..=30)?;
     config.bias_texels = spec.f32_in("depth_bias", config.bias_texels, 0.0..=16.0)?;
