@@ -50,7 +50,7 @@ pub struct Engine {
     pub(crate) buffers: Buffers,
     pub(crate) views: Vec<View>,
     lights: Lights,
-    bvh: Option<bvh::Bvh>,
+    pub(crate) bvh: Option<bvh::Bvh>,
     sort: Option<sort::Sort>,
     compact: Option<compact::Compact>,
     cache: cache::Cache,
