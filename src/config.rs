@@ -196,7 +196,7 @@ pub struct Config {
     /// What drawing a page costs beside its pairs, as a number of pairs: the constant part of the cost by which pages are
     /// served. 0 to 1024.
     pub page_cost: u32,
-    /// Frames without a change after which a caster of policy [`crate::host::CastPolicy::Auto`] is cached again; 1 to 10000.
+    /// Frames without a change after which a caster of policy [`crate::CastPolicy::Auto`] is cached again; 1 to 10000.
     pub still_frames: u32,
     /// Texels of the page that serves by which cached shadows may be off while the light turns; 0 to 16. The bound holds for
     /// the casters farthest from the origin; others are off by less. Such pages are looked up with as much more depth bias.

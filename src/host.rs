@@ -26,7 +26,7 @@ pub struct SceneBuffers {
     /// than by matrix, mesh, material or flags. Another mesh must not have more clusters than the first. In worlds of
     /// kilometres `low` holds what single precision leaves of the translation; zero is allowed.
     pub instances: vk::Buffer,
-    /// Number of instances. Room for more is kept by instances of policy [`CastPolicy::Never`].
+    /// Number of instances. Room for more is kept by instances of policy [`crate::CastPolicy::Never`].
     pub instance_count: u32,
     /// [`crate::gpu::structs::MeshBounds`] structs.
     pub meshes: vk::Buffer,
@@ -48,23 +48,6 @@ pub struct SceneBuffers {
     /// Upper corner.
     pub bounds_max: [f64; 3],
 }
-
-/// How an instance casts; bits 0 and 1 of its `flags`.
-#[repr(u32)]
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum CastPolicy {
-    /// In the cached layer while it stands still, in the layer drawn every frame while it changes.
-    Auto = 0,
-    /// Always in the cached layer: each change redraws the pages it touches.
-    Static = 1,
-    /// Always in the layer that is drawn every frame; its revision need not be kept.
-    Always = 2,
-    /// Casts no shadow.
-    Never = 3,
-}
-
-/// Bit of an instance's `flags`: its triangles are tested against alpha.
-pub const ALPHA_TESTED: u32 = 4;
 
 /// How the host uses an image before the engine's commands and after them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,7 +1,6 @@
 //! The bench on which methods are compared: one device, one scene, one view, one depth prepass for all of them.
 
 mod device;
-mod meshlets;
 mod motion;
 mod shapes;
 #[doc(hidden)]
