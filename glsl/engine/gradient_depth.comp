@@ -54,5 +54,5 @@ void main() {
     vec3 dx = frame.ray_dx.xyz + ray * rate * slope(ivec2(pixel), ivec2(1, 0), stored);
     vec3 dy = frame.ray_dy.xyz + ray * rate * slope(ivec2(pixel), ivec2(0, 1), stored);
     vec3 n = normalize(cross(dx, dy));
-    store_plane(pixel, depth, encode_normal(dot(n, ray) > 0.0 ? -n : n));
+    store_plane(pixel, depth, umbrage_encode_normal(dot(n, ray) > 0.0 ? -n : n));
 }
