@@ -8,13 +8,15 @@
 
 use ash::vk;
 use std::error::Error;
+use std::sync::atomic::Ordering;
 use umbrage::scene::Scene;
 use umbrage::{Attributes, Camera, Config, Engine, FrameInput, HostImage, ImageUse, Light, Meshes};
 use umbrage::{ReceiverImages, Receivers, SceneBuffers};
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
-const SIZE: [u32; 2] = [640, 360];
+/// Width and height of the picture.
+pub const SIZE: [u32; 2] = [640, 360];
 /// Room behind the indices for those that Umbrage compacts, `Config::index_capacity`.
 const INDEX_ROOM: u32 = 1 << 20;
 
@@ -22,13 +24,15 @@ const INDEX_ROOM: u32 = 1 << 20;
 fn main() -> Result<()> {
     let out = std::env::args().nth(1).ok_or("usage: host PICTURE.png")?;
     let scene = opaque(umbrage::scene::builtin());
-    let (camera, sun) = look(&scene);
     let vulkan = Vulkan::new(std::env::var_os("HOST_VALIDATION").is_some())?;
-    let pixels = render(&vulkan, &scene, &camera, &sun, 3)?;
+    let pixels = render(&vulkan, &scene, &look(&scene), true, 3)?;
     let lit = pixels.iter().filter(|p| **p >> 24 == 255).count();
     println!("{lit} of {} pixels are lit", pixels.len());
     let rgb: Vec<u8> = pixels.iter().flat_map(|p| p.to_le_bytes().into_iter().take(3)).collect();
     let [width, height] = SIZE;
+    if MESSAGES.load(Ordering::Relaxed) > 0 {
+        return Err("the validation layer complained".into());
+    }
     image::save_buffer(&out, &rgb, width, height, image::ColorType::Rgb8)?;
     Ok(())
 }
@@ -50,8 +54,15 @@ pub fn look(scene: &Scene) -> (Camera, Light) {
     (camera, Light::directional(glam::DVec3::new(-0.5, -1.0, 0.3)))
 }
 
-/// Draws `frames` frames of a scene and returns the last: shaded colour, and visibility in the highest byte.
-pub fn render(vulkan: &Vulkan, scene: &Scene, camera: &Camera, sun: &Light, frames: u32) -> Result<Vec<u32>> {
+/// Draws `frames` frames of a scene and returns the last: shaded colour, and visibility in the highest byte. `normals`:
+/// whether Umbrage sees the host's, or makes its own from depth.
+pub fn render(
+    vulkan: &Vulkan,
+    scene: &Scene,
+    (camera, sun): &(Camera, Light),
+    normals: bool,
+    frames: u32,
+) -> Result<Vec<u32>> {
     use vk::BufferUsageFlags as U;
     // what the host has: vertices, triangles of each mesh, placed instances. Umbrage cuts the meshes into clusters.
     let triangles: Vec<&[u32]> =
@@ -91,7 +102,7 @@ pub fn render(vulkan: &Vulkan, scene: &Scene, camera: &Camera, sun: &Light, fram
     };
     let images = [ReceiverImages {
         depth: given(depth, vk::Format::D32_SFLOAT, ImageUse::DEPTH_ATTACHMENT),
-        normal: Some(given(normal, vk::Format::R32_UINT, ImageUse::COLOR_ATTACHMENT)),
+        normal: normals.then(|| given(normal, vk::Format::R32_UINT, ImageUse::COLOR_ATTACHMENT)),
     }];
     let views = [Receivers { size: SIZE, images: &images, mask: ImageUse::SAMPLED }];
 
@@ -124,4 +135,4 @@ pub fn render(vulkan: &Vulkan, scene: &Scene, camera: &Camera, sun: &Light, fram
 
 #[path = "host/vulkan.rs"]
 mod vulkan;
-pub use vulkan::Vulkan;
+pub use vulkan::{MESSAGES, Vulkan};

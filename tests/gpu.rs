@@ -25,6 +25,8 @@ mod filter;
 mod frame;
 #[path = "gpu/gradient.rs"]
 mod gradient;
+#[path = "gpu/host.rs"]
+mod host;
 #[path = "gpu/images.rs"]
 mod images;
 #[path = "gpu/lights.rs"]

@@ -5,6 +5,7 @@ use ash::vk;
 use glam::{DMat4, DVec3};
 use std::cell::RefCell;
 use std::ffi::c_void;
+use std::sync::atomic::{AtomicU32, Ordering};
 use umbrage::scene::Scene;
 use umbrage::{FrameInput, HostDevice, SceneBuffers};
 
@@ -395,7 +396,9 @@ fn viewport() -> ([vk::Viewport; 1], [vk::Rect2D; 1]) {
     ([view], [area])
 }
 
-/// Validation messages end the program: a host under validation must be silent.
+/// Messages of the validation layer so far.
+pub static MESSAGES: AtomicU32 = AtomicU32::new(0);
+
 unsafe extern "system" fn on_message(
     _: vk::DebugUtilsMessageSeverityFlagsEXT,
     _: vk::DebugUtilsMessageTypeFlagsEXT,
@@ -405,6 +408,7 @@ unsafe extern "system" fn on_message(
     // SAFETY: the layer passes valid data
     let text = unsafe { (*data).message_as_c_str() }.unwrap_or(c"?");
     eprintln!("validation: {}", text.to_string_lossy());
+    MESSAGES.fetch_add(1, Ordering::Relaxed);
     vk::FALSE
 }
 

@@ -12,6 +12,8 @@ layout(binding = 1) uniform sampler2D depth_image;
 #include "shared/receiver_plane.glsl"
 
 const float NONE = 1e30;
+// Share by which the changes on both sides of a pixel may differ on one plane.
+const float STRAIGHT = 0.05;
 
 // Stored depth of a pixel, NONE where there is no surface.
 float stored_at(ivec2 pixel) {
@@ -33,6 +35,10 @@ float slope(ivec2 pixel, ivec2 axis, float middle) {
     bend = mix(bend, vec2(NONE), equal(side, vec2(NONE)));
     if (min(bend.x, bend.y) >= NONE) {
         return 0.0;
+    }
+    // where the two sides are one line, their mean halves the rounding of depths
+    if (max(bend.x, bend.y) < 0.5 * NONE && abs(change.x - change.y) <= STRAIGHT * abs(change.x + change.y)) {
+        return 0.5 * (change.x + change.y);
     }
     return bend.x < bend.y ? change.x : change.y;
 }
