@@ -25,7 +25,7 @@ fn main() -> Result<()> {
     let out = std::env::args().nth(1).ok_or("usage: host PICTURE.png")?;
     let scene = opaque(umbrage::scene::builtin());
     let vulkan = Vulkan::new(std::env::var_os("HOST_VALIDATION").is_some())?;
-    let pixels = render(&vulkan, &scene, &look(&scene), true, 3)?;
+    let [pixels, _] = render(&vulkan, &scene, &look(&scene), true, 3)?;
     let lit = pixels.iter().filter(|p| **p >> 24 == 255).count();
     println!("{lit} of {} pixels are lit", pixels.len());
     let rgb: Vec<u8> = pixels.iter().flat_map(|p| p.to_le_bytes().into_iter().take(3)).collect();
@@ -54,15 +54,15 @@ pub fn look(scene: &Scene) -> (Camera, Light) {
     (camera, Light::directional(glam::DVec3::new(-0.5, -1.0, 0.3)))
 }
 
-/// Draws `frames` frames of a scene and returns the last: shaded colour, and visibility in the highest byte. `normals`:
-/// whether Umbrage sees the host's, or makes its own from depth.
+/// Draws `frames` frames of a scene and returns the last, shaded by the mask and by lookups in the host's own shader: colour,
+/// and visibility in the highest byte. `normals`: whether Umbrage sees the host's, or makes its own from depth.
 pub fn render(
     vulkan: &Vulkan,
     scene: &Scene,
     (camera, sun): &(Camera, Light),
     normals: bool,
     frames: u32,
-) -> Result<Vec<u32>> {
+) -> Result<[Vec<u32>; 2]> {
     use vk::BufferUsageFlags as U;
     // what the host has: vertices, triangles of each mesh, placed instances. Umbrage cuts the meshes into clusters.
     let triangles: Vec<&[u32]> =
@@ -113,26 +113,34 @@ pub fn render(
     engine.add_light(sun)?;
     let input = FrameInput::new(camera, SIZE, scene.origin);
 
+    // two ways to use it: the mask, or lookups
     let (_, mask) = engine.mask(0);
-    let pixels = vulkan.host_visible(4 * u64::from(SIZE[0] * SIZE[1]), U::STORAGE_BUFFER)?;
-    let before = vulkan.draw_pipeline()?;
-    let after = vulkan.shade_pipeline(color.1, mask, pixels.0)?;
+    let picture = || vulkan.host_visible(4 * u64::from(SIZE[0] * SIZE[1]), U::STORAGE_BUFFER | U::TRANSFER_DST);
+    let (shaded, looked_up) = (picture()?, picture()?);
+    let before = vulkan.draw_pipeline(None)?;
+    let shade = vulkan.shade_pipeline(color.1, mask, shaded.0)?;
+    let forward = vulkan.draw_pipeline(Some(engine.lookup(0)))?;
+    let drawn = vulkan.image(vk::Format::R8G8B8A8_UNORM, I::COLOR_ATTACHMENT | I::TRANSFER_SRC)?;
+    let geometry = Geometry { buffers: &buffers, scene, input: &input };
     for _ in 0..frames {
         let mut recorded = None;
         vulkan.submit(|cmd| {
-            vulkan.draw(cmd, &before, [color, normal, depth], &buffers, scene, &input);
+            vulkan.draw(cmd, &before, [color, normal, depth], &geometry);
             // SAFETY: recording, outside of rendering; every frame is submitted, in order
             recorded = Some(unsafe { engine.record(cmd, &[input]) });
-            vulkan.shade(cmd, &after);
+            vulkan.shade(cmd, &shade);
+            vulkan.forward(cmd, &forward, [drawn, depth], looked_up.0, &geometry);
         })?;
         if let Some(counters) = recorded.transpose()?.and_then(|frame| engine.counters(frame)) {
             println!("{} pages asked for, {} drawn", counters.leaves, counters.drawn);
         }
     }
+    let count = (SIZE[0] * SIZE[1]) as usize;
     // SAFETY: mapped for as long as the device lives; the last frame was waited for
-    Ok(unsafe { std::slice::from_raw_parts(pixels.1.cast::<u32>(), (SIZE[0] * SIZE[1]) as usize) }.to_vec())
+    Ok([shaded, looked_up].map(|(_, at)| unsafe { std::slice::from_raw_parts(at.cast::<u32>(), count) }.to_vec()))
 }
 
 #[path = "host/vulkan.rs"]
 mod vulkan;
+use vulkan::Geometry;
 pub use vulkan::{MESSAGES, Vulkan};

@@ -66,7 +66,7 @@ pub use casters::{
     NO_TEXTURE,
 };
 pub use config::{Config, Cull, Filter, LevelRule, Pressure, RequestRoute, sample_places};
-pub use engine::{DepthPrepass, Engine, FrameId, LightId, MeshDraw};
+pub use engine::{DepthPrepass, Engine, FrameId, LightId, LookupSet, MeshDraw};
 pub use error::Error;
 pub use gpu::structs::Counters;
 pub use gpu::{HostDevice, RayQueryRequirements, Requirements, missing_features, requirements};

@@ -198,12 +198,12 @@ impl Engine {
         stage("cull");
 
         if constants.cache[0] & frame_flags::FORGET_PAGES != 0 {
-            sync::discard(device, cmd, &b.atlas, ComputeRead, DepthAttachment);
+            sync::discard(device, cmd, &b.atlas, LookupRead, DepthAttachment);
         } else {
-            sync::image(device, cmd, &b.atlas, ComputeRead, DepthAttachment);
+            sync::image(device, cmd, &b.atlas, LookupRead, DepthAttachment);
         }
         self.tiles.record(cmd, b);
-        sync::image(device, cmd, &b.atlas, DepthAttachment, ComputeRead);
+        sync::image(device, cmd, &b.atlas, DepthAttachment, LookupRead);
         if self.tiles.record_ranges(cmd, b) {
             sync::barrier(device, cmd, &[(ComputeWrite, ComputeRead)]);
         }
@@ -224,6 +224,7 @@ impl Engine {
         for view in &self.views {
             sync::mask(device, cmd, &view.buffers.mask, &view.mask_use, true);
         }
+        sync::barrier(device, cmd, &[(ComputeWrite, LookupRead), (TransferWrite, LookupRead)]);
 
         let size = size_of::<Counters>() as u64;
         let copy = [vk::BufferCopy { src_offset: 0, dst_offset: self.readback_offset(self.recorded), size }];

@@ -66,6 +66,15 @@ pub struct Engine {
     gpu: Arc<Gpu>,
 }
 
+/// A descriptor set for shaders of the host.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LookupSet {
+    /// For the host's pipeline layouts.
+    pub layout: vk::DescriptorSetLayout,
+    /// Bound at the number that the shader calls `UMBRAGE_SET`.
+    pub set: vk::DescriptorSet,
+}
+
 /// A recorded frame of an engine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FrameId(u64);
@@ -272,7 +281,8 @@ impl Engine {
             for (view, constants) in (0..).zip(&mut data.constants) {
                 constants.cache[0] = next.flags;
                 constants.size[3] = view * used;
-                constants.lights = [used, local, 0, 0];
+                let flags = u32::from(self.config.level_blend) | u32::from(self.config.filter.ranged()) << 1;
+                constants.lights = [used, local, self.config.gutter, flags];
                 constants.sun = data.lights.get((view * used) as usize).copied().unwrap_or(Zeroable::zeroed());
             }
             self.history = next;
@@ -337,6 +347,16 @@ impl Engine {
         memory.push(("exact", rays + self.bvh.as_ref().map_or(0, bvh::Bvh::bytes)));
         memory.push(("sort", sort + self.compact.as_ref().map_or(0, compact::Compact::bytes)));
         memory
+    }
+
+    /// What shaders of the host bind to look shadows up themselves in a view, after the commands of its frame and before
+    /// those of the next: `glsl/host/umbrage.glsl`. Vertex, fragment and compute shaders may. Changed by [`Engine::resize`].
+    ///
+    /// # Panics
+    /// When there is no such view.
+    pub fn lookup(&self, view: usize) -> LookupSet {
+        let (layout, set) = self.views[view].host_set.handles();
+        LookupSet { layout, set }
     }
 
     /// The mask of a view, of its size: an array of R32_UINT images with [`Config::mask_bits`] for each light, in the order of slots from

@@ -8,7 +8,7 @@ pub(crate) mod sync;
 #[cfg_attr(not(feature = "lab"), allow(dead_code))] // the lab makes and reads timers
 mod timer;
 
-pub(crate) use pipeline::{Binding, Compute, Graphics, GraphicsState, Shaders, set_area};
+pub(crate) use pipeline::{Binding, Compute, Graphics, GraphicsState, HostSet, Shaders, set_area};
 pub(crate) use resources::{Buffer, Image, ImageSpec, Memory};
 pub(crate) use structure::{Structure, instances};
 pub(crate) use timer::Timer;

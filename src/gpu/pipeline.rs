@@ -169,6 +169,20 @@ impl Drop for Layout {
     }
 }
 
+/// A set that a host binds in pipelines of its own; the engine makes none with it.
+pub(crate) struct HostSet(Layout);
+
+impl HostSet {
+    pub(crate) fn new(gpu: &Arc<Gpu>, name: &'static str, bindings: &[Binding<'_>]) -> Result<Self, Error> {
+        use vk::ShaderStageFlags as S;
+        Ok(Self(Layout::new(gpu, name, S::VERTEX | S::FRAGMENT | S::COMPUTE, bindings, 0)?))
+    }
+
+    pub(crate) fn handles(&self) -> (vk::DescriptorSetLayout, vk::DescriptorSet) {
+        (self.0.set_layout, self.0.set)
+    }
+}
+
 /// Specialization constants 0, 1, 2, ... as 32-bit words.
 fn specialization(constants: &[u32]) -> (Vec<vk::SpecializationMapEntry>, &[u8]) {
     let entries = (0..constants.len() as u32)

@@ -18,6 +18,8 @@ pub(crate) enum Access {
     IndirectRead,
     /// Read through a descriptor in a vertex or fragment shader.
     GraphicsRead,
+    /// The same there or in a compute shader: what a host may look up in its own shaders.
+    LookupRead,
     IndexRead,
     DepthAttachment,
     ColorAttachment,
@@ -47,6 +49,10 @@ impl Access {
                 S::VERTEX_SHADER | S::FRAGMENT_SHADER,
                 A::SHADER_STORAGE_READ | A::SHADER_SAMPLED_READ | A::UNIFORM_READ,
             ),
+            Access::LookupRead => {
+                let (graphics, compute) = (Access::GraphicsRead.scope(), Access::ComputeRead.scope());
+                (graphics.0 | compute.0, graphics.1 | compute.1)
+            }
             Access::IndexRead => (S::INDEX_INPUT, A::INDEX_READ),
             Access::DepthAttachment => (
                 S::EARLY_FRAGMENT_TESTS | S::LATE_FRAGMENT_TESTS,
@@ -177,7 +183,7 @@ const WRITES: A = A::from_raw(
 pub(crate) fn discard(device: &ash::Device, cmd: vk::CommandBuffer, image: &Image, last: Access, next: Access) {
     let ((src_stage, _), (dst_stage, dst_access)) = (last.scope(), next.scope());
     let (_, src_access) = match last {
-        Access::ComputeRead | Access::TransferRead | Access::Nothing => (S::NONE, A::NONE),
+        Access::ComputeRead | Access::LookupRead | Access::TransferRead | Access::Nothing => (S::NONE, A::NONE),
         writer => writer.scope(),
     };
     let barrier = [vk::ImageMemoryBarrier2::default()
