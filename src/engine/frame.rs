@@ -205,7 +205,7 @@ impl Engine {
         self.tiles.record(cmd, b);
         sync::image(device, cmd, &b.atlas, DepthAttachment, LookupRead);
         if self.tiles.record_ranges(cmd, b) {
-            sync::barrier(device, cmd, &[(ComputeWrite, ComputeRead)]);
+            sync::barrier(device, cmd, &[(ComputeWrite, LookupRead)]);
         }
         stage("tiles");
 
@@ -224,7 +224,6 @@ impl Engine {
         for view in &self.views {
             sync::mask(device, cmd, &view.buffers.mask, &view.mask_use, true);
         }
-        sync::barrier(device, cmd, &[(ComputeWrite, LookupRead), (TransferWrite, LookupRead)]);
 
         let size = size_of::<Counters>() as u64;
         let copy = [vk::BufferCopy { src_offset: 0, dst_offset: self.readback_offset(self.recorded), size }];
