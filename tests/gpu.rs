@@ -19,6 +19,8 @@ mod comparators;
 mod coverage;
 #[path = "gpu/exact.rs"]
 mod exact;
+#[path = "gpu/failing.rs"]
+mod failing;
 #[path = "gpu/filter.rs"]
 mod filter;
 #[path = "gpu/frame.rs"]

@@ -10,11 +10,13 @@ use umbrage::scene::Scene;
 use umbrage::{FrameInput, HostDevice, ImageUse, LookupSet, SceneBuffers};
 use vk::{AccessFlags2 as A, ImageLayout as L, PipelineStageFlags2 as S};
 
-type Image = (vk::Image, vk::ImageView);
+/// An image and a view of all of it.
+pub type Image = (vk::Image, vk::ImageView);
 
 /// Instance, device, queue and all that was made on it; nothing is freed before the end.
 pub struct Vulkan {
-    pub(super) host: HostDevice,
+    /// As Umbrage gets it.
+    pub host: HostDevice,
     queue: vk::Queue,
     pool: vk::CommandPool,
     cmd: vk::CommandBuffer,
@@ -396,12 +398,20 @@ impl Vulkan {
         unsafe { self.host.device.cmd_pipeline_barrier2(cmd, &info) };
     }
 
-    pub(super) fn submit(&self, record: impl FnOnce(vk::CommandBuffer)) -> Result<()> {
+    /// Fills the command buffer.
+    pub fn record(&self, record: impl FnOnce(vk::CommandBuffer)) -> Result<()> {
         unsafe {
             let device = &self.host.device;
             device.begin_command_buffer(self.cmd, &vk::CommandBufferBeginInfo::default())?;
             record(self.cmd);
-            device.end_command_buffer(self.cmd)?;
+            Ok(device.end_command_buffer(self.cmd)?)
+        }
+    }
+
+    pub(super) fn submit(&self, record: impl FnOnce(vk::CommandBuffer)) -> Result<()> {
+        self.record(record)?;
+        unsafe {
+            let device = &self.host.device;
             let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.cmd)];
             let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
             device.queue_submit2(self.queue, &submit, vk::Fence::null())?;

@@ -41,13 +41,11 @@ impl Engine {
         let size = self.config.size;
         let next = || sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite)]);
         let mut stage = |name: &'static str| {
-            self.gpu.end_label(cmd);
-            self.gpu.begin_label(cmd, "umbrage");
             if let Some(timer) = &mut timer {
                 timer.mark(cmd, name);
             }
         };
-        self.gpu.begin_label(cmd, "umbrage");
+        self.gpu.begin_label(cmd, c"umbrage");
 
         // what the last frame read or wrote is reset; the buffers need no copies because the GPU runs frames in order
         sync::barrier(

@@ -9,7 +9,7 @@ use umbrage::scene::builtin;
 use umbrage::truth::compare;
 
 #[path = "../../examples/host.rs"]
-mod example;
+pub mod example;
 
 #[test]
 fn a_renderer_of_its_own_gets_the_same_mask() {
