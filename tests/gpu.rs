@@ -9,6 +9,8 @@
 mod allocate;
 #[path = "gpu/bench.rs"]
 mod bench;
+#[path = "gpu/border.rs"]
+mod border;
 #[path = "gpu/cache.rs"]
 mod cache;
 #[path = "gpu/compact.rs"]
