@@ -1,6 +1,6 @@
 //! The bench on which methods are compared: one device, one scene, one view, one depth prepass for all of them.
 
-mod device;
+pub(crate) mod device;
 mod meshlets;
 mod motion;
 #[doc(hidden)]
@@ -95,6 +95,10 @@ impl Lab {
             return Err(LabError::Refused("the view has no light; at least one is needed".into()));
         }
         let (device, gpu) = device::open(options)?;
+        Self::on(device, gpu, scene, view)
+    }
+
+    pub(crate) fn on(device: Arc<LabDevice>, gpu: Arc<Gpu>, scene: Scene, view: View) -> Result<Self, LabError> {
         let (buffers, storage) = upload::scene(&gpu, &device, &scene)?;
         let prepass = DepthPrepass::on(&gpu, view.size, &buffers)?;
         let draws = scene
