@@ -13,7 +13,6 @@ use winit::application::ApplicationHandler;
 use winit::dpi::{PhysicalPosition, PhysicalSize};
 use winit::event::{ElementState, KeyEvent, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
-use winit::keyboard::PhysicalKey;
 use winit::window::{Window, WindowId};
 
 /// How long the window must keep a size before everything is made for it; until then the picture is stretched.
@@ -37,6 +36,8 @@ struct Open {
     session: Session,
     instance: Arc<OwnedInstance>,
     held: Held,
+    /// Pressed since the last picture, if only for a moment.
+    tapped: Held,
     drag: Option<MouseButton>,
     mouse: Option<PhysicalPosition<f64>>,
     resized: Option<Instant>,
@@ -77,6 +78,7 @@ impl App {
             session,
             instance,
             held: Held::default(),
+            tapped: Held::default(),
             drag: None,
             mouse: None,
             resized: None,
@@ -115,16 +117,16 @@ impl Open {
                 self.session.resize(size)?;
             }
         }
-        self.session.frame(self.held, &mut self.swapchain)
+        let held = self.held.and(std::mem::take(&mut self.tapped));
+        self.session.frame(held, &mut self.swapchain)
     }
 
     /// `false` when the window is to be closed.
     fn key(&mut self, event: &KeyEvent) -> bool {
         let down = event.state == ElementState::Pressed;
-        if let PhysicalKey::Code(code) = event.physical_key
-            && let Some(key) = Held::of(code)
-        {
+        if let Some(key) = Held::of(&event.logical_key, event.physical_key) {
             self.held.set(key, down);
+            self.tapped.set(key, down || self.tapped.has(key));
         }
         if !down || event.repeat {
             return true;
@@ -151,7 +153,8 @@ impl Open {
 
     /// Lets go of everything that was held.
     fn release(&mut self) {
-        (self.held, self.drag, self.mouse) = (Held::default(), None, None);
+        (self.held, self.tapped) = (Held::default(), Held::default());
+        (self.drag, self.mouse) = (None, None);
     }
 }
 

@@ -1,6 +1,6 @@
 //! What keys do.
 
-use winit::keyboard::{Key, KeyCode, NamedKey};
+use winit::keyboard::{Key, KeyCode, NamedKey, PhysicalKey};
 
 /// What a key asks for once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -101,8 +101,17 @@ impl Held {
     pub(super) const SUN_UP: Held = Held(1 << 9);
     pub(super) const SUN_DOWN: Held = Held(1 << 10);
 
-    /// What a key does while it is held; keys by their place, so that those of flight lie together on any keyboard.
-    pub(super) fn of(code: KeyCode) -> Option<Held> {
+    /// What a key does while it is held: those of flight by their place, so that they lie together on any keyboard.
+    pub(super) fn of(key: &Key, place: PhysicalKey) -> Option<Held> {
+        let code = match (key, place) {
+            (Key::Named(NamedKey::ArrowLeft), _) => return Some(Held::SUN_LEFT),
+            (Key::Named(NamedKey::ArrowRight), _) => return Some(Held::SUN_RIGHT),
+            (Key::Named(NamedKey::ArrowUp), _) => return Some(Held::SUN_UP),
+            (Key::Named(NamedKey::ArrowDown), _) => return Some(Held::SUN_DOWN),
+            (Key::Named(NamedKey::Shift), _) => return Some(Held::FAST),
+            (_, PhysicalKey::Code(code)) => code,
+            _ => return None,
+        };
         Some(match code {
             KeyCode::KeyW => Held::FORWARD,
             KeyCode::KeyS => Held::BACK,
@@ -110,13 +119,13 @@ impl Held {
             KeyCode::KeyD => Held::RIGHT,
             KeyCode::KeyE => Held::UP,
             KeyCode::KeyQ => Held::DOWN,
-            KeyCode::ShiftLeft | KeyCode::ShiftRight => Held::FAST,
-            KeyCode::ArrowLeft => Held::SUN_LEFT,
-            KeyCode::ArrowRight => Held::SUN_RIGHT,
-            KeyCode::ArrowUp => Held::SUN_UP,
-            KeyCode::ArrowDown => Held::SUN_DOWN,
             _ => return None,
         })
+    }
+
+    /// What either holds.
+    pub(super) fn and(self, other: Held) -> Held {
+        Held(self.0 | other.0)
     }
 
     pub(super) fn has(self, key: Held) -> bool {

@@ -31,7 +31,7 @@ pub(super) struct Overlay {
 impl Overlay {
     pub(super) fn new(size: [u32; 2]) -> Self {
         // readable on large screens, and room for numbers in small windows
-        let scale = (size[1] / 500).clamp(1, 4);
+        let scale = (size[1] / 360).clamp(1, 4);
         Self { size, words: vec![0; size[0] as usize * size[1] as usize], scale }
     }
 

@@ -23,6 +23,8 @@ const LONGEST_STEP_S: f64 = 0.25;
 /// A method to switch to; made when first shown.
 struct Entry {
     spec: MethodSpec,
+    /// With a key changed; takes its place in the next frame.
+    wanted: Option<MethodSpec>,
     method: Option<Box<dyn Method>>,
 }
 
@@ -68,7 +70,7 @@ impl Session {
         report: fn(&str),
     ) -> Result<Self, LabError> {
         let mut this = Self {
-            entries: specs.iter().map(|spec| Entry { spec: spec.clone(), method: None }).collect(),
+            entries: specs.iter().map(|spec| Entry { spec: spec.clone(), wanted: None, method: None }).collect(),
             current: 0,
             canvas: Canvas::new(&lab)?,
             fly: Fly::new(lab.view().camera, lab.scene().diagonal()),
@@ -139,15 +141,25 @@ impl Session {
         }
     }
 
-    /// Changes a key of the current method; keeps the old value where the new one is refused.
+    /// Asks for a changed key of the current method, where it has that key.
     fn change(&mut self, what: &str, changed: Option<MethodSpec>) {
-        let Some(spec) = changed else {
-            let name = self.entries[self.current].spec.name.clone();
-            return self.say(format!("{name} has no {what}"));
-        };
+        let entry = &mut self.entries[self.current];
+        match changed.map(|spec| methods::check(&spec).map(|()| spec)) {
+            Some(Ok(spec)) => entry.wanted = Some(spec),
+            Some(Err(error)) => self.say(error.to_string()),
+            None => {
+                let name = entry.spec.name.clone();
+                self.say(format!("{name} has no {what}"));
+            }
+        }
+    }
+
+    /// Makes the current method with the key that was changed; keeps the old one where that cannot be made.
+    fn replace(&mut self) {
+        let Some(spec) = self.entries[self.current].wanted.take() else { return };
         match methods::create(&spec, &self.lab) {
             Ok(method) => {
-                self.entries[self.current] = Entry { spec, method: Some(method) };
+                self.entries[self.current] = Entry { spec, wanted: None, method: Some(method) };
                 self.switch(self.current);
             }
             Err(error) => self.say(error.to_string()),
@@ -157,7 +169,8 @@ impl Session {
     /// Does what a key asks for; [`Command::Close`] is not for it.
     pub(super) fn obey(&mut self, command: Command) {
         let count = self.entries.len();
-        let spec = &self.entries[self.current].spec;
+        let entry = &self.entries[self.current];
+        let spec = entry.wanted.as_ref().unwrap_or(&entry.spec);
         match command {
             Command::Help => self.help = !self.help,
             Command::Overlay => self.overlay = !self.overlay,
@@ -229,6 +242,7 @@ impl Session {
         let now = Instant::now();
         let passed = now.duration_since(self.last);
         self.last = now;
+        self.replace();
         self.advance(held, passed.as_secs_f64().min(LONGEST_STEP_S))?;
         self.run(passed)?;
         self.draw(swapchain)
