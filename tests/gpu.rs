@@ -23,6 +23,8 @@ mod exact;
 mod filter;
 #[path = "gpu/frame.rs"]
 mod frame;
+#[path = "gpu/frozen.rs"]
+mod frozen;
 #[path = "gpu/gradient.rs"]
 mod gradient;
 #[path = "gpu/images.rs"]

@@ -121,7 +121,7 @@ mod tests {
         }
         let mut fast = fly();
         let mut held = Held::default();
-        [Held::FORWARD, Held::FAST].map(|key| held.set(key, true));
+        [Held::FORWARD, Held::FAST].into_iter().for_each(|key| held.set(key, true));
         fast.advance(held, 0.1);
         assert!((fast.camera().eye.z + FAST).abs() < 1e-12);
     }
@@ -149,7 +149,7 @@ mod tests {
     #[test]
     fn opposite_keys_cancel() {
         let mut held = Held::default();
-        [Held::SUN_UP, Held::SUN_DOWN].map(|key| held.set(key, true));
+        [Held::SUN_UP, Held::SUN_DOWN].into_iter().for_each(|key| held.set(key, true));
         assert_eq!(sun_step(held, 1.0), None);
         assert_eq!(sun_step(Held::SUN_LEFT, 0.1), Some([-3.0, 0.0]));
     }
