@@ -73,7 +73,8 @@ vec3 tone(vec3 color) {
 
 // Colours of inner states: dimmed where it is dark, so that the place stays in sight.
 vec3 inner(uint word, float lit) {
-    vec3 color = palette[NOTHING].rgb;
+    // surfaces that ask for nothing are told from the sky
+    vec3 color = 2.0 * palette[NOTHING].rgb;
     if (word != 0u) {
         switch (show) {
         case SHOW_LEVEL:

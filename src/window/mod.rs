@@ -61,9 +61,11 @@ pub struct Content {
 /// the main thread, once in a process.
 ///
 /// # Errors
-/// [`LabError::Refused`] without a display or a device that can present on it; otherwise as [`crate::lab::Lab::new`] and
+/// [`LabError::Usage`] for a view that is not allowed, [`LabError::Refused`] without a display or a device that can present on
+/// it; otherwise as [`crate::lab::Lab::new`] and
 /// [`crate::methods::create`].
 pub fn run(options: WindowOptions, content: Content) -> Result<Vec<String>, LabError> {
+    content.view.check().map_err(LabError::Usage)?;
     surface::display()?;
     let events = EventLoop::new().map_err(|error| surface::refused(&error.to_string()))?;
     let mut app = app::App::new(options, content);
