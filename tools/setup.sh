@@ -21,6 +21,14 @@ has_driver() {
   return 1
 }
 
+# The manifest of lavapipe, where it is installed.
+lavapipe() {
+  local dir file
+  while read -r dir; do
+    for file in "$dir"/lvp_icd*.json; do [[ ! -e $file ]] || { echo "$file" && return; }; done
+  done < <(vulkan_dirs icd.d)
+}
+
 has_validation() {
   local dir
   while read -r dir; do
@@ -58,6 +66,7 @@ missing() {
     command -v spirv-val >/dev/null || echo spirv-tools
     # what opens a window, and where: elsewhere than on Linux tools/view_test is skipped
     if [[ $OSTYPE == linux* ]]; then
+      [[ -n $(lavapipe)${VK_DRIVER_FILES:-}${VK_ICD_FILENAMES:-} ]] || echo mesa-vulkan-drivers
       command -v Xvfb >/dev/null || echo xvfb
       command -v xdotool >/dev/null || echo xdotool
       has_library libX11.so.6 || echo libx11-6

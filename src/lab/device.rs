@@ -313,8 +313,9 @@ fn open_on(
         None => {
             reports.iter().filter(|(_, r)| r.missing.is_empty()).min_by_key(|(_, r)| rank(r.kind)).cloned().ok_or_else(
                 || {
+                    let place = if surface.is_some() { " with this window" } else { "" };
                     LabError::Refused(format!(
-                        "none of the {} Vulkan devices is usable; `umbrage info` says what each lacks",
+                        "none of the {} Vulkan devices is usable{place}; `umbrage info` says what each lacks",
                         reports.len()
                     ))
                 },

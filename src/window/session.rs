@@ -26,6 +26,14 @@ struct Entry {
     /// With a key changed; takes its place in the next frame.
     wanted: Option<MethodSpec>,
     method: Option<Box<dyn Method>>,
+    /// Whether the method has made a frame.
+    ran: bool,
+}
+
+impl Entry {
+    fn new(spec: MethodSpec, method: Option<Box<dyn Method>>) -> Self {
+        Self { spec, wanted: None, method, ran: false }
+    }
 }
 
 /// What the overlay shows of a frame.
@@ -70,7 +78,7 @@ impl Session {
         report: fn(&str),
     ) -> Result<Self, LabError> {
         let mut this = Self {
-            entries: specs.iter().map(|spec| Entry { spec: spec.clone(), wanted: None, method: None }).collect(),
+            entries: specs.iter().map(|spec| Entry::new(spec.clone(), None)).collect(),
             current: 0,
             canvas: Canvas::new(&lab)?,
             fly: Fly::new(lab.view().camera, lab.scene().diagonal()),
@@ -100,7 +108,7 @@ impl Session {
 
     /// Another size of the window: everything that has one is made again.
     pub(super) fn resize(&mut self, size: [u32; 2]) -> Result<(), LabError> {
-        self.entries.iter_mut().for_each(|entry| entry.method = None);
+        self.entries.iter_mut().for_each(|entry| (entry.method, entry.ran) = (None, false));
         (self.frozen, self.traced) = (false, None);
         self.lab.resize(size)?;
         self.canvas = Canvas::new(&self.lab)?;
@@ -159,7 +167,7 @@ impl Session {
         let Some(spec) = self.entries[self.current].wanted.take() else { return };
         match methods::create(&spec, &self.lab) {
             Ok(method) => {
-                self.entries[self.current] = Entry { spec, wanted: None, method: Some(method) };
+                self.entries[self.current] = Entry::new(spec, Some(method));
                 self.switch(self.current);
             }
             Err(error) => self.say(error.to_string()),
@@ -267,18 +275,19 @@ impl Session {
 
     /// A frame of the current method.
     fn run(&mut self, passed: Duration) -> Result<(), LabError> {
-        let Some(method) = self.entries.get_mut(self.current).and_then(|entry| entry.method.as_mut()) else {
-            return Ok(());
-        };
+        let Some(entry) = self.entries.get_mut(self.current) else { return Ok(()) };
+        let Some(method) = &mut entry.method else { return Ok(()) };
         let still = method.masks().is_none() && self.traced.as_ref() == Some(self.lab.view());
         if still {
             return Ok(());
         }
-        let frozen = if self.frozen { method.frozen_frame(&self.lab)? } else { None };
+        // what has no pages yet gets them first
+        let frozen = if self.frozen && entry.ran { method.frozen_frame(&self.lab)? } else { None };
         let times = match frozen {
             Some(times) => times,
             None => method.frame(&self.lab)?,
         };
+        entry.ran = true;
         if self.show.of_pages() && !method.update_pages(&self.lab)? {
             self.show = Show::Shaded;
         }
