@@ -152,6 +152,10 @@ pub struct Config {
     pub mask_bits: u32,
     /// Whether pixels that the map cannot decide are decided by rays against the casters; without a filter only.
     pub exact: bool,
+    /// Whether rays are traced by ray queries where [`crate::gpu::HostDevice::ray_query`] and
+    /// [`crate::host::SceneBuffers::shapes`] allow it. Else, and without them, they walk through a tree of the engine's
+    /// own, which takes about 27 bytes a triangle and decides the same but for rays that graze an edge by a few roundings.
+    pub ray_query: bool,
     /// Samples a pixel with [`Config::exact`]: 1, 4, 8 or 16. Visibility is the share of them that the light reaches, so
     /// that edges are antialiased (frustum-traced shadows, Wyman, Hoetzlein and Lefohn 2015, with points in place of the
     /// frustum). They lie on the receiver's plane under the pixel, see [`sample_places`]. More than one needs 8 or 32 bits of
@@ -225,6 +229,7 @@ impl Config {
             lights: 1,
             mask_bits: 32,
             exact: false,
+            ray_query: true,
             samples: 1,
             filter: Filter::Hard,
             level_blend: false,

@@ -32,6 +32,11 @@ pub struct SceneBuffers {
     pub materials: vk::Buffer,
     /// RGBA8 texels.
     pub texels: vk::Buffer,
+    /// For ray queries: the device address (64 bits) of a bottom-level acceleration structure for each mesh, over its
+    /// triangles in the order of its indices, in one geometry. The host builds them and, where a mesh deforms, builds or
+    /// refits them, ordered before the engine's commands as writes of acceleration structures before a build of one reads
+    /// them and before compute shaders do.
+    pub shapes: Option<vk::Buffer>,
     /// Number of casters: clusters of all instances together.
     pub caster_count: u32,
     /// Whether any instance is alpha tested.

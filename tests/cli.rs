@@ -435,12 +435,21 @@ fn exact_two_centimetres_above_ten_kilometres() {
             "translation": [300.25 + 0.15 * x, 0, 3049.95 + 0.08 * z] })
     };
     write_huge(&place, &(0..40).map(blade).collect::<Vec<_>>());
-    place.good("compare huge.gltf --view v.json --methods rmsm:exact=true,raytraced:turned=true --rounds 1 --out a");
-    let rows = &place.json("a/compare.json")["rows"];
-    let share = |row: usize, metric: &str| number(&rows[row], &format!("/{metric}"));
-    assert_eq!(share(0, "off_edge"), 0.0, "{}", rows[0]);
-    assert!(share(0, "mismatch") < share(1, "mismatch") + 0.02, "the floor is {}: {}", share(1, "mismatch"), rows[0]);
-    assert!(number(&rows[0], "/edge_pixels") > 500.0, "{}", rows[0]);
+    let queries = place.good("info").contains("ray queries: yes");
+    for rays in if queries { &["tree", "query"][..] } else { &["tree"] } {
+        let methods = format!("rmsm:exact=true,rays={rays},raytraced:turned=true");
+        place.good(&format!("compare huge.gltf --view v.json --methods {methods} --rounds 1 --out {rays}"));
+        let rows = &place.json(&format!("{rays}/compare.json"))["rows"];
+        let share = |row: usize, metric: &str| number(&rows[row], &format!("/{metric}"));
+        let (found, floor) = (share(0, "mismatch"), share(1, "mismatch"));
+        println!("{rays}: {found}, the floor is {floor}");
+        assert_eq!(share(0, "off_edge"), 0.0, "{}", rows[0]);
+        assert!(found < floor + 0.02, "the floor is {floor}: {}", rows[0]);
+        assert!(share(0, "edge_pixels") > 500.0, "{}", rows[0]);
+    }
+    if !queries {
+        place.bad("render --method rmsm:exact=true,rays=query --out b", 1, &["rays=query", "ray queries", "device"]);
+    }
 }
 
 /// The tower's side edge and its top edge cast their shadows from 2 km, under suns that no axis of the world is parallel to.

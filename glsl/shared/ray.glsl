@@ -5,13 +5,8 @@
 layout(constant_id = 11) const uint CULL = 0u;  // sides of casters left out: 0 none, 1 back, 2 front
 layout(constant_id = 12) const bool ALPHA = true;  // whether any caster is alpha tested
 layout(std430, binding = RAY_BINDING) readonly buffer Tree { uvec4 tree[]; };
-layout(std430, binding = RAY_BINDING + 1) readonly buffer Instances { Instance instances[]; };
-layout(std430, binding = RAY_BINDING + 2) readonly buffer Positions { float positions[]; };
-layout(std430, binding = RAY_BINDING + 3) readonly buffer Attributes { uint attributes[]; };
-layout(std430, binding = RAY_BINDING + 4) readonly buffer Materials { Material materials[]; };
-layout(std430, binding = RAY_BINDING + 5) readonly buffer Texels { uint texels[]; };
 
-#include "shared/alpha.glsl"
+#include "shared/ray_hit.glsl"
 
 // A ray in the steps of a box test: a box is met between near * inverse + near_shift and far * inverse + far_shift.
 struct BoxRay {
@@ -58,9 +53,6 @@ uint cluster_mask(BoxRay ray, vec2 range, uint node) {
     );
 }
 
-// Share of the ray on both sides of its origin in which a surface is looked for, beyond the rounding of `triangle_met`.
-const float SEARCH = 0.1;
-
 // Space sheared along a ray: x and y are 0 on it, z is its parameter (Woop, Benthin and Wald 2013). Rows to it from world
 // space relative to the ray's origin, or from mesh space.
 struct Shear {
@@ -94,32 +86,10 @@ Shear placed(Shear shear, Instance instance, vec3 origin) {
     return shear;
 }
 
-vec3 position(uint vertex) { return vec3(positions[3u * vertex], positions[3u * vertex + 1u], positions[3u * vertex + 2u]); }
-
 vec3 sheared(Shear shear, uint vertex) {
     vec4 p = vec4(position(vertex), 1.0);
     precise vec3 at = vec3(dot(shear.rows[0], p), dot(shear.rows[1], p), dot(shear.rows[2], p));
     return at;
-}
-
-// A point of a triangle: its vertices and their weights.
-struct Met {
-    uint triangle;
-    uvec3 vertices;
-    vec3 weights;
-};
-
-// Whether a point is not cut away.
-bool solid(uint instance, Met met) {
-    vec2 uv = vec2(0.0);
-    float alpha = 0.0;
-    for (int i = 0; i < 3; i++) {
-        uint at = 3u * met.vertices[i];
-        uv += met.weights[i] * uintBitsToFloat(uvec2(attributes[at], attributes[at + 1u]));
-        alpha += met.weights[i] * float(attributes[at + 2u] >> 24);
-    }
-    Material material = materials[instances[instance].material];
-    return base_color(material, uv, vec4(1.0, 1.0, 1.0, alpha / 255.0)).a >= material.alpha_cutoff;
 }
 
 // Neighbours compute the same edge function with opposite signs, so no ray slips through a shared edge. A triangle seen
@@ -227,26 +197,6 @@ bool caster_met(Caster caster, BoxRay ray, Shear shear, vec2 range, uint own, ui
         }
     }
     return false;
-}
-
-// A triangle that a ray lies on: instance, triangle of the scene, and how far before or after the ray's origin.
-struct Surface {
-    uint instance;
-    uint triangle;
-    float t;
-};
-
-const uint NO_TRIANGLE = 0xffffffffu;
-
-// Where a ray meets the plane of a triangle: by the plane's distance, which holds where the triangle is so large that the
-// weights of its corners do not.
-float plane_t(Instance instance, Met met, vec3 origin, vec3 direction) {
-    vec3 p = position(met.vertices.x);
-    vec3 a = linear(instance, position(met.vertices.y) - p), b = linear(instance, position(met.vertices.z) - p);
-    precise vec3 n = cross(a, b);
-    precise vec3 from = eye_to_instance(frame, instance) - origin + linear(instance, p);
-    precise float above = dot(n, from);
-    return above / dot(n, direction);
 }
 
 // Whether a caster other than the surface lies on origin + t * direction with 0 < t < t_max; space relative to the eye, t in

@@ -9,6 +9,7 @@
 //! Reads: instances, meshes, clusters, indices, positions, changes. Writes: the tree. It has room for every caster that the
 //! scene's buffers may hold; casters beyond that number are left out.
 
+use super::exact;
 use super::sort::{BLOCK, Passes};
 use crate::gpu::structs::Counters;
 use crate::gpu::sync::{self, Access};
@@ -171,10 +172,8 @@ impl Bvh {
     }
 
     /// The bindings of such a shader, from its `RAY_BINDING`.
-    pub(crate) fn ray_bindings(&self) -> [Binding<'_>; 6] {
-        let s = &self.scene;
-        let [a, b, c, d, e] = [s.instances, s.positions, s.attributes, s.materials, s.texels].map(Binding::External);
-        [Binding::Storage(&self.tree), a, b, c, d, e]
+    pub(crate) fn ray_bindings(&self) -> Vec<Binding<'_>> {
+        [[Binding::Storage(&self.tree)].as_slice(), &exact::hit_bindings(&self.scene)].concat()
     }
 
     /// Device memory in bytes.

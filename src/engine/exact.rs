@@ -1,10 +1,13 @@
-//! Rays of listed items through the tree of [`super::bvh`]: what the shadow map cannot decide, decided by the casters.
-//! Reads: number of items, rays, frame constants, the tree, the scene. Writes: visibility, a word an item: 1 lit, 0 shadowed.
+//! Rays of listed items: what the shadow map cannot decide, decided by the casters. Rays go through the tree of
+//! [`super::bvh`] or, where the device has ray queries, through the structure of [`super::ray_query`].
+//! Reads: number of items, rays, frame constants, tree or structure, the scene. Writes: visibility, a word an item: 1 lit, 0 shadowed.
 //! At capacity: the rest is not traced.
 
 use super::bvh::Bvh;
+use super::query::RayQuery;
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Buffer, Compute, Gpu, Image, spirv};
+use crate::host::SceneBuffers;
 use crate::{Config, Error};
 use ash::vk;
 use std::sync::Arc;
@@ -12,7 +15,14 @@ use std::sync::Arc;
 /// Origin and direction of a ray.
 pub(crate) const RAY_BYTES: u32 = 32;
 
+/// Points where rays meet casters, for `glsl/shared/ray_hit.glsl`.
+pub(crate) fn hit_bindings(scene: &SceneBuffers) -> [Binding<'static>; 5] {
+    [scene.instances, scene.positions, scene.attributes, scene.materials, scene.texels].map(Binding::External)
+}
+
 pub(crate) struct Exact {
+    /// What rays go through where there is no tree.
+    pub(crate) query: Option<RayQuery>,
     /// Number of items: a word.
     pub(crate) count: Buffer,
     /// Two `vec4` an item: receiver relative to the eye and `t_max`, direction and packed normal.
@@ -29,11 +39,13 @@ pub(crate) struct Exact {
 }
 
 impl Exact {
-    /// `frame`: constants of the view; `mask`: where the lookup left zeros for the items.
+    /// `bvh`: the tree that rays walk through, `None` for ray queries; `frame`: constants of the view; `mask`: where the
+    /// lookup left zeros for the items.
     pub(crate) fn new(
         gpu: &Arc<Gpu>,
         config: &Config,
-        bvh: &Bvh,
+        scene: &SceneBuffers,
+        bvh: Option<&Bvh>,
         capacity: u32,
         frame: Binding<'_>,
         mask: Option<&Image>,
@@ -46,11 +58,27 @@ impl Exact {
         let items = Buffer::storage(gpu, "exact pixels", 8 * many, none)?;
         let arguments = Buffer::storage(gpu, "exact dispatch", 12, vk::BufferUsageFlags::INDIRECT_BUFFER)?;
         let [c, r, v, a] = [&count, &rays, &visibility, &arguments].map(Binding::Storage);
-        let bindings = [&[c, r, v, frame], bvh.ray_bindings().as_slice()].concat();
-        let constants = bvh.ray_constants(config);
+        let query = match (bvh, scene.shapes) {
+            (None, Some(shapes)) => Some(RayQuery::new(gpu, scene, shapes, frame)?),
+            _ => None,
+        };
+        let own = [c, r, v, frame];
+        let trace = |name, words, rays: &[Binding<'_>], constants: &[u32]| {
+            Compute::new(gpu, name, words, &[&own, rays].concat(), constants, 4)
+        };
+        let trace = match (bvh, &query) {
+            (Some(bvh), _) => {
+                trace("exact_trace", spirv!("engine/exact_trace.comp"), &bvh.ray_bindings(), &bvh.ray_constants(config))
+            }
+            (None, Some(query)) => {
+                let constants = [config.cull as u32, u32::from(scene.alpha_tested)];
+                trace("exact_query", spirv!("engine/exact_query.comp"), &query.bindings(scene), &constants)
+            }
+            (None, None) => Err(Error::Unsupported { what: "ray queries without structures of the meshes".into() }),
+        }?;
         Ok(Self {
             prepare: Compute::new(gpu, "exact_prepare", spirv!("engine/exact_prepare.comp"), &[c, a], &[], 4)?,
-            trace: Compute::new(gpu, "exact_trace", spirv!("engine/exact_trace.comp"), &bindings, &constants, 4)?,
+            trace,
             resolve: mask
                 .map(|mask| {
                     let bindings = [c, Binding::Storage(&items), v, Binding::StorageImage(mask)];
@@ -58,6 +86,7 @@ impl Exact {
                     Compute::new(gpu, "exact_resolve", words, &bindings, &[config.mask_bits, config.samples], 4)
                 })
                 .transpose()?,
+            query,
             items,
             count,
             rays,
@@ -69,10 +98,12 @@ impl Exact {
     }
 
     pub(crate) fn bytes(&self) -> u64 {
-        [&self.count, &self.rays, &self.visibility, &self.items, &self.arguments].iter().map(|b| b.size).sum()
+        let own = [&self.count, &self.rays, &self.visibility, &self.items, &self.arguments];
+        own.iter().map(|b| b.size).sum::<u64>() + self.query.as_ref().map_or(0, RayQuery::bytes)
     }
 
-    /// Traces; the caller has ordered the writes of items, rays and tree before compute reads.
+    /// Traces; the caller has ordered the writes of items, rays and tree before compute reads, the structure's build before
+    /// it is read.
     pub(crate) fn record(&self, cmd: vk::CommandBuffer) {
         use Access::*;
         self.prepare.dispatch(cmd, &self.capacity, [1, 1, 1]);

@@ -144,6 +144,19 @@ impl Engine {
             bvh.record(cmd);
             stage("bvh");
         }
+        let queries = || self.views.iter().filter_map(|view| view.exact.as_ref()?.query.as_ref());
+        if queries().next().is_some() {
+            sync::barrier(device, cmd, &[(StructureBuild, ComputeWrite)]);
+            queries().for_each(|query| query.record_instances(cmd));
+            sync::barrier(
+                device,
+                cmd,
+                &[(ComputeWrite, StructureBuild), (StructureRead, StructureBuild), (StructureBuild, StructureBuild)],
+            );
+            queries().for_each(|query| query.record_build(cmd));
+            sync::barrier(device, cmd, &[(StructureBuild, StructureRead)]);
+            stage("query");
+        }
 
         self.allocate.record_pages(cmd, draws);
         next();
@@ -193,7 +206,7 @@ impl Engine {
         }
         stage("lookup");
 
-        if self.bvh.is_some() {
+        if self.config.exact {
             next();
             for exact in self.views.iter().filter_map(|view| view.exact.as_ref()) {
                 exact.record(cmd);

@@ -16,6 +16,8 @@ mod frozen;
 pub(crate) mod gradient;
 pub(crate) mod lights;
 pub(crate) mod lookup;
+
+pub(crate) mod query;
 pub(crate) mod request;
 pub(crate) mod sort;
 mod steer;
@@ -50,7 +52,7 @@ pub struct Engine {
     pub(crate) buffers: Buffers,
     pub(crate) views: Vec<View>,
     lights: Lights,
-    bvh: Option<bvh::Bvh>,
+    pub(crate) bvh: Option<bvh::Bvh>,
     sort: Option<sort::Sort>,
     compact: Option<compact::Compact>,
     cache: cache::Cache,
@@ -132,8 +134,9 @@ impl Engine {
             }
         };
         let compact = sort.as_ref().map(|sort| compact::Compact::new(gpu, &b, sort)).transpose()?;
-        let bvh = config.exact.then(|| bvh::Bvh::new(gpu, scene)).transpose()?;
-        let view = |numbered| View::new(gpu, config, &b, sort.as_ref(), numbered, bvh.as_ref());
+        let tree = config.exact && !query::chosen(gpu, config, scene);
+        let bvh = tree.then(|| bvh::Bvh::new(gpu, scene)).transpose()?;
+        let view = |numbered| View::new(gpu, config, scene, &b, sort.as_ref(), numbered, bvh.as_ref());
         Ok(Self {
             views: views.iter().enumerate().map(view).collect::<Result<_, _>>()?,
             lights: Lights::new(config.lights),

@@ -8,7 +8,7 @@ use super::lookup::Lookup;
 use super::request::Request;
 use super::sort::Sort;
 use crate::gpu::{Binding, Buffer, Gpu, Image, ImageSpec};
-use crate::host::Receivers;
+use crate::host::{Receivers, SceneBuffers};
 use crate::{Config, Error};
 use ash::vk;
 use std::sync::Arc;
@@ -63,6 +63,7 @@ impl View {
     pub(crate) fn new(
         gpu: &Arc<Gpu>,
         config: &Config,
+        scene: &SceneBuffers,
         b: &Buffers,
         sort: Option<&Sort>,
         (number, receivers): (usize, &Receivers),
@@ -74,7 +75,8 @@ impl View {
         let pixels = size[0].saturating_mul(size[1]);
         let rays = pixels.saturating_mul(config.samples.div_ceil(4)).max(LEAST_RAYS * config.samples);
         let rays = rays.min(gpu.limits.max_storage_buffer_range / exact::RAY_BYTES);
-        let exact = bvh.map(|bvh| Exact::new(gpu, config, bvh, rays, frame, Some(&buffers.mask))).transpose()?;
+        let exact = || Exact::new(gpu, config, scene, bvh, rays, frame, Some(&buffers.mask));
+        let exact = config.exact.then(exact).transpose()?;
         Ok(Self {
             size,
             gradient: Gradient::new(gpu, frame, receivers, Binding::StorageImage(&buffers.receiver))?,

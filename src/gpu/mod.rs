@@ -3,17 +3,20 @@
 mod pipeline;
 mod resources;
 pub mod structs;
+mod structure;
 pub(crate) mod sync;
 #[cfg_attr(not(feature = "lab"), allow(dead_code))] // the lab makes and reads timers
 mod timer;
 
 pub(crate) use pipeline::{Binding, Compute, Graphics, GraphicsState, Shaders, set_area};
 pub(crate) use resources::{Buffer, Image, ImageSpec, Memory};
+pub(crate) use structure::{Structure, instances};
 pub(crate) use timer::Timer;
 
 use crate::error::{Context, Error};
 use ash::vk;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+use std::ffi::CStr;
 use std::sync::{Arc, Mutex};
 
 /// Handles of a Vulkan device that somebody else created, with the features of [`requirements`] enabled.
@@ -27,6 +30,14 @@ pub struct HostDevice {
     pub device: ash::Device,
     /// Whether `VK_EXT_debug_utils` is enabled on the instance, so that passes and objects get names.
     pub debug_utils: bool,
+    /// Whether what [`Requirements::ray_query`] names is enabled on the device.
+    pub ray_query: bool,
+}
+
+/// What ray queries need.
+pub(crate) struct RayQueries {
+    pub(crate) functions: ash::khr::acceleration_structure::Device,
+    pub(crate) scratch_alignment: u64,
 }
 
 /// The device as the passes see it.
@@ -34,6 +45,8 @@ pub(crate) struct Gpu {
     pub(crate) device: ash::Device,
     pub(crate) limits: vk::PhysicalDeviceLimits,
     pub(crate) draw_indirect_count: bool,
+    /// `None` where the host did not enable them.
+    pub(crate) rays: Option<RayQueries>,
     pub(crate) allocator: Mutex<Option<Allocator>>,
     debug_utils: Option<ash::ext::debug_utils::Device>,
     /// Keeps a device of ours alive as long as anything made from it; dropped last.
@@ -71,19 +84,37 @@ impl Gpu {
             device: host.device.clone(),
             physical_device: host.physical_device,
             debug_settings: Default::default(),
-            buffer_device_address: false,
+            buffer_device_address: host.ray_query,
             allocation_sizes: Default::default(),
         })
         .map_err(|error| Error::Unsupported { what: format!("memory allocator: {error}") })?;
+        let rays = host.ray_query.then(|| {
+            let mut structure = vk::PhysicalDeviceAccelerationStructurePropertiesKHR::default();
+            let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut structure);
+            // SAFETY: the caller vouches for the handles
+            unsafe { host.instance.get_physical_device_properties2(host.physical_device, &mut properties) };
+            RayQueries {
+                functions: ash::khr::acceleration_structure::Device::new(&host.instance, &host.device),
+                scratch_alignment: u64::from(structure.min_acceleration_structure_scratch_offset_alignment.max(1)),
+            }
+        });
         let debug_utils = host.debug_utils.then(|| ash::ext::debug_utils::Device::new(&host.instance, &host.device));
         Ok(Arc::new(Self {
             device: host.device.clone(),
             limits: properties.limits,
             draw_indirect_count: features.draw_indirect_count == vk::TRUE,
+            rays,
             allocator: Mutex::new(Some(allocator)),
             debug_utils,
             _owner: owner,
         }))
+    }
+
+    /// What ray queries need.
+    pub(crate) fn ray_queries(&self) -> Result<&RayQueries, Error> {
+        self.rays
+            .as_ref()
+            .ok_or_else(|| Error::Unsupported { what: "ray queries are not enabled on the device".into() })
     }
 
     /// Names an object for debuggers and validation messages.
@@ -123,9 +154,53 @@ pub struct Requirements {
     pub vulkan12: vk::PhysicalDeviceVulkan12Features<'static>,
     /// Vulkan 1.3 features.
     pub vulkan13: vk::PhysicalDeviceVulkan13Features<'static>,
+    /// What [`HostDevice::ray_query`] stands for, where the device has it; `vulkan12` then has `bufferDeviceAddress` on.
+    pub ray_query: Option<RayQueryRequirements>,
 }
 
-/// What the engine needs enabled on the device. `drawIndirectCount` is used where the device has it.
+/// Extensions and features for ray queries, by which [`crate::Config::exact`] is faster on devices that trace in hardware.
+pub struct RayQueryRequirements {
+    /// Device extensions.
+    pub extensions: [&'static CStr; 3],
+    /// Features of `VK_KHR_acceleration_structure`.
+    pub acceleration_structure: vk::PhysicalDeviceAccelerationStructureFeaturesKHR<'static>,
+    /// Features of `VK_KHR_ray_query`.
+    pub ray_query: vk::PhysicalDeviceRayQueryFeaturesKHR<'static>,
+}
+
+/// What the device has of it.
+///
+/// # Safety
+/// The handles must be valid.
+unsafe fn ray_query_requirements(
+    instance: &ash::Instance,
+    physical_device: vk::PhysicalDevice,
+) -> Option<RayQueryRequirements> {
+    use ash::khr;
+    let extensions = [khr::acceleration_structure::NAME, khr::ray_query::NAME, khr::deferred_host_operations::NAME];
+    // SAFETY: the caller vouches for the handles
+    let available = unsafe { instance.enumerate_device_extension_properties(physical_device) }.unwrap_or_default();
+    let has = |name: &&CStr| available.iter().any(|e| e.extension_name_as_c_str() == Ok(*name));
+    if !extensions.iter().all(has) {
+        return None;
+    }
+    let mut structure = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default();
+    let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default();
+    let mut vulkan12 = vk::PhysicalDeviceVulkan12Features::default();
+    let mut features =
+        vk::PhysicalDeviceFeatures2::default().push_next(&mut structure).push_next(&mut query).push_next(&mut vulkan12);
+    // SAFETY: as above; the extensions are there
+    unsafe { instance.get_physical_device_features2(physical_device, &mut features) };
+    let all = [structure.acceleration_structure, query.ray_query, vulkan12.buffer_device_address];
+    (all == [vk::TRUE; 3]).then(|| RayQueryRequirements {
+        extensions,
+        acceleration_structure: vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default()
+            .acceleration_structure(true),
+        ray_query: vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(true),
+    })
+}
+
+/// What the engine needs enabled on the device. `drawIndirectCount` and ray queries are used where the device has them.
 ///
 /// # Safety
 /// The handles must be valid.
@@ -134,12 +209,16 @@ pub unsafe fn requirements(instance: &ash::Instance, physical_device: vk::Physic
     let mut available = vk::PhysicalDeviceFeatures2::default().push_next(&mut vulkan12);
     // SAFETY: the caller vouches for the handles
     unsafe { instance.get_physical_device_features2(physical_device, &mut available) };
+    // SAFETY: as above
+    let ray_query = unsafe { ray_query_requirements(instance, physical_device) };
     Requirements {
         features: vk::PhysicalDeviceFeatures::default().multi_draw_indirect(true).draw_indirect_first_instance(true),
         vulkan12: vk::PhysicalDeviceVulkan12Features::default()
             .shader_output_layer(true)
-            .draw_indirect_count(vulkan12.draw_indirect_count == vk::TRUE),
+            .draw_indirect_count(vulkan12.draw_indirect_count == vk::TRUE)
+            .buffer_device_address(ray_query.is_some()),
         vulkan13: vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true),
+        ray_query,
     }
 }
 

@@ -1,6 +1,6 @@
 //! Pipelines with their descriptor set: bindings are given once, in binding order, when the pipeline is made.
 
-use super::{Buffer, Gpu, Image, shader_module, sync};
+use super::{Buffer, Gpu, Image, Structure, shader_module, sync};
 use crate::error::{Context, Error};
 use ash::vk;
 use bytemuck::Pod;
@@ -18,6 +18,8 @@ pub(crate) enum Binding<'a> {
     Sampled(&'a Image),
     /// The same for an image that somebody else owns.
     SampledView(vk::ImageView),
+    /// What ray queries go through.
+    Structure(&'a Structure),
 }
 
 impl Binding<'_> {
@@ -27,6 +29,7 @@ impl Binding<'_> {
             Binding::Storage(_) | Binding::External(_) => vk::DescriptorType::STORAGE_BUFFER,
             Binding::StorageImage(_) => vk::DescriptorType::STORAGE_IMAGE,
             Binding::Sampled(_) | Binding::SampledView(_) => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
+            Binding::Structure(_) => vk::DescriptorType::ACCELERATION_STRUCTURE_KHR,
         }
     }
 }
@@ -111,7 +114,14 @@ impl Layout {
                 Binding::StorageImage(image) => (Default::default(), Some((image.view, vk::ImageLayout::GENERAL))),
                 Binding::Sampled(image) => (Default::default(), Some((image.view, sync::SAMPLED))),
                 Binding::SampledView(view) => (Default::default(), Some((*view, sync::SAMPLED))),
+                Binding::Structure(_) => (Default::default(), None),
             };
+            let structures = match binding {
+                Binding::Structure(structure) => [structure.raw],
+                _ => [vk::AccelerationStructureKHR::null()],
+            };
+            let mut structure =
+                vk::WriteDescriptorSetAccelerationStructureKHR::default().acceleration_structures(&structures);
             let images = images.map(|(image_view, image_layout)| {
                 [vk::DescriptorImageInfo { sampler: self.sampler, image_view, image_layout }]
             });
@@ -119,9 +129,10 @@ impl Layout {
                 .dst_set(self.set)
                 .dst_binding(i as u32)
                 .descriptor_type(binding.kind());
-            write = match &images {
-                Some(images) => write.image_info(images),
-                None => write.buffer_info(&buffers),
+            write = match (binding, &images) {
+                (Binding::Structure(_), _) => write.push_next(&mut structure).descriptor_count(1),
+                (_, Some(images)) => write.image_info(images),
+                (_, None) => write.buffer_info(&buffers),
             };
             // SAFETY: the set was just allocated and is not in use
             unsafe { self.gpu.device.update_descriptor_sets(&[write], &[]) };

@@ -72,6 +72,12 @@ impl Buffer {
         Self::new(gpu, name, size, usage, Memory::Device)
     }
 
+    /// Where the device finds it; it was made with `SHADER_DEVICE_ADDRESS`.
+    pub(crate) fn address(&self) -> u64 {
+        // SAFETY: the buffer is alive and bound
+        unsafe { self.gpu.device.get_buffer_device_address(&vk::BufferDeviceAddressInfo::default().buffer(self.raw)) }
+    }
+
     /// The mapped bytes; empty for device memory.
     pub(crate) fn bytes(&self) -> &[u8] {
         self.allocation.as_ref().and_then(Allocation::mapped_slice).unwrap_or(&[])

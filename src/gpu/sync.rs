@@ -22,6 +22,10 @@ pub(crate) enum Access {
     ColorAttachment,
     TransferRead,
     TransferWrite,
+    /// An acceleration structure is built: what it is made of is read.
+    StructureBuild,
+    /// Traversed by a ray query in a compute shader.
+    StructureRead,
     HostRead,
     #[cfg_attr(not(feature = "lab"), allow(dead_code))] // the lab uses it
     HostWrite,
@@ -56,6 +60,11 @@ impl Access {
             Access::ColorAttachment => (S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE),
             Access::TransferRead => (S::ALL_TRANSFER, A::TRANSFER_READ),
             Access::TransferWrite => (S::ALL_TRANSFER, A::TRANSFER_WRITE),
+            Access::StructureBuild => (
+                S::ACCELERATION_STRUCTURE_BUILD_KHR,
+                A::ACCELERATION_STRUCTURE_READ_KHR | A::ACCELERATION_STRUCTURE_WRITE_KHR | A::SHADER_READ,
+            ),
+            Access::StructureRead => (S::COMPUTE_SHADER, A::ACCELERATION_STRUCTURE_READ_KHR),
             Access::HostRead => (S::HOST, A::HOST_READ),
             Access::HostWrite => (S::HOST, A::HOST_WRITE),
             #[cfg(feature = "window")]

@@ -224,10 +224,11 @@ impl OwnedInstance {
         let mut vulkan12 = vk::PhysicalDeviceVulkan12Features::default();
         let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut vulkan12);
         // SAFETY: the physical device belongs to the instance
-        let missing = unsafe {
+        let (missing, ray_query) = unsafe {
             self.instance.get_physical_device_properties2(device, &mut properties);
             self.instance.get_physical_device_features2(device, &mut features);
-            gpu::missing_features(&self.instance, device)
+            let ray_query = gpu::requirements(&self.instance, device).ray_query.is_some();
+            (gpu::missing_features(&self.instance, device), ray_query)
         };
         let p = properties.properties;
         let text = |t: Result<&CStr, _>| t.map(|t: &CStr| t.to_string_lossy().into_owned()).unwrap_or_default();
@@ -251,6 +252,7 @@ impl OwnedInstance {
             missing,
             notes: vec![
                 format!("drawIndirectCount: {}", yes(vulkan12.draw_indirect_count)),
+                format!("ray queries: {}", yes(vk::Bool32::from(ray_query))),
                 format!("pages of 128x128 texels: at most {layers} ({} MiB)", layers / 16),
                 format!("largest conventional map: {0}x{0}", p.limits.max_image_dimension2_d),
             ],
@@ -333,18 +335,32 @@ fn open_on(
             as u32;
         let mut needs = gpu::requirements(&instance, physical_device);
         let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
-        let extensions: &[*const c_char] = if surface.is_some() { &[ash::khr::swapchain::NAME.as_ptr()] } else { &[] };
-        let info = vk::DeviceCreateInfo::default()
+        let mut extensions: Vec<*const c_char> = Vec::new();
+        if surface.is_some() {
+            extensions.push(ash::khr::swapchain::NAME.as_ptr());
+        }
+        let mut info = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
-            .enabled_extension_names(extensions)
             .enabled_features(&needs.features)
             .push_next(&mut needs.vulkan12)
             .push_next(&mut needs.vulkan13);
+        let ray_query = needs.ray_query.is_some();
+        if let Some(rays) = &mut needs.ray_query {
+            extensions.extend(rays.extensions.map(CStr::as_ptr));
+            info = info.push_next(&mut rays.acceleration_structure).push_next(&mut rays.ray_query);
+        }
+        let info = info.enabled_extension_names(&extensions);
         let device = instance.create_device(physical_device, &info, None).context("vkCreateDevice")?;
         let queue = device.get_device_queue(family, 0);
         let mut lab = LabDevice {
             report,
-            handles: HostDevice { instance, physical_device, device, debug_utils: owned.messenger.is_some() },
+            handles: HostDevice {
+                instance,
+                physical_device,
+                device,
+                debug_utils: owned.messenger.is_some(),
+                ray_query,
+            },
             queue,
             family,
             pool: vk::CommandPool::null(),

@@ -3,6 +3,7 @@
 pub(crate) mod device;
 mod meshlets;
 mod motion;
+mod shapes;
 #[doc(hidden)]
 pub mod stages;
 #[doc(hidden)]
@@ -23,6 +24,7 @@ use crate::{Camera, Error, Light};
 use ash::vk;
 use device::LabDevice;
 use glam::{DVec3, Vec2, Vec3};
+use shapes::Shapes;
 use std::cell::{OnceCell, RefCell};
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -72,6 +74,8 @@ pub struct Lab {
     prepass: DepthPrepass,
     draws: Vec<MeshDraw>,
     buffers: SceneBuffers,
+    /// On devices with ray queries.
+    shapes: Option<Shapes>,
     _storage: Vec<Buffer>,
     scene: Scene,
     motion: Option<Motion>,
@@ -99,7 +103,13 @@ impl Lab {
     }
 
     pub(crate) fn on(device: Arc<LabDevice>, gpu: Arc<Gpu>, scene: Scene, view: View) -> Result<Self, LabError> {
-        let (buffers, storage) = upload::scene(&gpu, &device, &scene)?;
+        let (mut buffers, storage) = upload::scene(&gpu, &device, &scene)?;
+        let shapes = match (&gpu.rays, &storage[..]) {
+            (Some(_), [positions, _, indices, ..]) => {
+                Some(Shapes::new(&gpu, &device, &scene, &mut buffers, [positions, indices])?)
+            }
+            _ => None,
+        };
         let prepass = DepthPrepass::on(&gpu, view.size, &buffers)?;
         let draws = scene
             .meshes
@@ -117,6 +127,7 @@ impl Lab {
             prepass,
             draws,
             buffers,
+            shapes,
             _storage: storage,
             scene,
             motion: None,
@@ -152,6 +163,11 @@ impl Lab {
     /// Whether the device is a CPU, so that times say little about GPUs.
     pub fn device_is_cpu(&self) -> bool {
         self.device.report.kind == "cpu"
+    }
+
+    /// Whether the device has ray queries, and the lab structures for them.
+    pub fn has_ray_queries(&self) -> bool {
+        self.shapes.is_some()
     }
 
     /// Messages of the validation layer so far; always empty without [`LabOptions::validation`].

@@ -43,6 +43,10 @@ impl Lab {
             self.gbuffer.take();
             self.reference.take();
             upload::changes(&self.gpu, &self.device, &self.scene, &self.buffers, &changes)?;
+            if let Some(shapes) = self.shapes.as_ref().filter(|_| !changes.meshes.is_empty()) {
+                let meshes = changes.meshes.iter().map(|&m| m as usize);
+                shapes.build(&self.gpu, &self.device, &self.scene, meshes)?;
+            }
         }
         Ok(())
     }

@@ -419,6 +419,11 @@ impl EngineStage {
         &mut self.engine
     }
 
+    /// Whether rays walk through the engine's own tree.
+    pub fn has_tree(&self) -> bool {
+        self.engine.bvh.is_some()
+    }
+
     /// Runs a frame: the words of the mask, layer by layer, and the page table.
     pub fn all(&mut self, lab: &Lab) -> Result<(Vec<u32>, Table)> {
         self.run(lab)?;

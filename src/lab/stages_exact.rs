@@ -1,10 +1,11 @@
-//! Rays through the GPU's tree over casters, given by tests and answered in a list: what is compared with
-//! [`crate::truth::Tracer`].
+//! Rays through the GPU's tree over casters, or by ray queries, given by tests and answered in a list: what is compared
+//! with [`crate::truth::Tracer`].
 
 use super::{Lab, LabError};
 use crate::Config;
 use crate::engine::bvh::Bvh;
 use crate::engine::exact::Exact;
+use crate::engine::query;
 use crate::gpu::sync::{self, Access::*};
 use crate::gpu::{Binding, Buffer, Memory, structs::Frame};
 use ash::vk;
@@ -17,9 +18,9 @@ type Result<T> = std::result::Result<T, LabError>;
 /// A ray: origin relative to the scene's origin, `t_max`, direction, 0.
 pub type Ray = [f32; 8];
 
-/// The tree and the pass that traces.
+/// The tree, if rays walk through it, and the pass that traces.
 pub struct ExactStage {
-    bvh: Bvh,
+    bvh: Option<Bvh>,
     exact: Exact,
     _frame: Buffer,
     capacity: u32,
@@ -44,25 +45,48 @@ fn write<T: Pod>(lab: &Lab, buffer: &Buffer, data: &[T]) -> Result<()> {
 impl ExactStage {
     /// For the lab's scene; most rays of a list.
     pub fn new(lab: &Lab, config: &Config, capacity: u32) -> Result<Self> {
-        let bvh = Bvh::new(&lab.gpu, &lab.buffers)?;
+        let tree = !query::chosen(&lab.gpu, &Config { exact: true, ..config.clone() }, &lab.buffers);
+        let bvh = tree.then(|| Bvh::new(&lab.gpu, &lab.buffers)).transpose()?;
         // an eye in the scene's origin, and rays that start where they are given
         let usage = vk::BufferUsageFlags::UNIFORM_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
         let frame = Buffer::new(&lab.gpu, "frame constants", size_of::<Frame>() as u64, usage, Memory::Device)?;
         write(lab, &frame, &[Frame::zeroed()])?;
-        let exact = Exact::new(&lab.gpu, config, &bvh, capacity, Binding::Uniform(&frame), None)?;
+        let frame_constants = Binding::Uniform(&frame);
+        let exact = Exact::new(&lab.gpu, config, &lab.buffers, bvh.as_ref(), capacity, frame_constants, None)?;
         Ok(Self { bvh, exact, _frame: frame, capacity })
     }
 
-    /// Brings the tree up to date, given what changed of each instance; returns the wall time in milliseconds.
+    /// Whether rays walk through the tree.
+    pub fn has_tree(&self) -> bool {
+        self.bvh.is_some()
+    }
+
+    /// Brings tree or structure up to date; returns the wall time in milliseconds. `changes`: what changed of each instance,
+    /// of which only the tree needs to know.
     pub fn build(&self, lab: &Lab, changes: &[u32]) -> Result<f64> {
+        let Some(bvh) = &self.bvh else { return self.build_structure(lab) };
         let any = u32::from(changes.iter().any(|&c| c != 0));
-        write(lab, &self.bvh.changes, &[&[any], changes].concat())?;
+        write(lab, &bvh.changes, &[&[any], changes].concat())?;
         lab.submit(|cmd| {
             let device = &lab.gpu.device;
             sync::barrier(device, cmd, &[(ComputeWrite, TransferWrite), (IndirectRead, ComputeWrite)]);
-            self.bvh.record_reset(cmd);
+            bvh.record_reset(cmd);
             sync::barrier(device, cmd, &[(TransferWrite, ComputeWrite), (ComputeWrite, ComputeWrite)]);
-            self.bvh.record(cmd);
+            bvh.record(cmd);
+        })
+    }
+
+    fn build_structure(&self, lab: &Lab) -> Result<f64> {
+        lab.submit(|cmd| {
+            let device = &lab.gpu.device;
+            let Some(query) = &self.exact.query else { return };
+            sync::barrier(device, cmd, &[(StructureBuild, ComputeWrite)]);
+            query.record_instances(cmd);
+            let next =
+                [(ComputeWrite, StructureBuild), (StructureRead, StructureBuild), (StructureBuild, StructureBuild)];
+            sync::barrier(device, cmd, &next);
+            query.record_build(cmd);
+            sync::barrier(device, cmd, &[(StructureBuild, StructureRead)]);
         })
     }
 
@@ -94,8 +118,9 @@ impl ExactStage {
         Ok(words[..rays.min(self.capacity as usize)].iter().map(|&v| v == 0).collect())
     }
 
-    /// Device memory of the tree and all that builds it, in bytes.
+    /// Device memory of the tree and all that builds it, or of the structure over the meshes', in bytes.
     pub fn bytes(&self) -> u64 {
-        self.bvh.bytes()
+        let query = self.exact.query.as_ref().map(query::RayQuery::bytes);
+        self.bvh.as_ref().map(Bvh::bytes).or(query).unwrap_or(0)
     }
 }

@@ -32,12 +32,13 @@ pub(crate) fn scene(
     scene: &Scene,
 ) -> Result<(SceneBuffers, Vec<Buffer>), LabError> {
     use vk::BufferUsageFlags as U;
+    let shape = if gpu.rays.is_some() { super::shapes::USAGE } else { U::empty() };
     let meshes = mesh_list(scene);
     let meshlets = super::meshlets::pack(scene);
     let sources: [(&str, &[u8], U, u64); 9] = [
-        ("positions", bytemuck::cast_slice(&scene.positions), U::VERTEX_BUFFER, 0),
+        ("positions", bytemuck::cast_slice(&scene.positions), U::VERTEX_BUFFER | shape, 0),
         ("attributes", bytemuck::cast_slice(&scene.attributes), U::VERTEX_BUFFER, 0),
-        ("indices", bytemuck::cast_slice(&scene.indices), U::INDEX_BUFFER, 4 * INDEX_ROOM),
+        ("indices", bytemuck::cast_slice(&scene.indices), U::INDEX_BUFFER | shape, 4 * INDEX_ROOM),
         ("clusters", bytemuck::cast_slice(&scene.clusters), U::empty(), 0),
         ("instances", bytemuck::cast_slice(&scene.instances), U::empty(), 0),
         ("materials", bytemuck::cast_slice(&scene.materials), U::empty(), 0),
@@ -72,6 +73,7 @@ pub(crate) fn scene(
         texels: raw(6),
         meshes: raw(7),
         meshlets: raw(8),
+        shapes: None,
         instance_count: scene.instances.len() as u32,
         caster_count: scene.meshes.iter().map(|m| m.instance_count * m.cluster_count).sum(),
         alpha_tested: scene.meshes.iter().any(|m| m.alpha_tested),

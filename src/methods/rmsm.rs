@@ -46,6 +46,12 @@ const PARAMETERS: &[Parameter] = &[
         meaning: "whether pixels that the map cannot decide are decided by rays against the casters",
     },
     Parameter {
+        key: "rays",
+        default: "auto",
+        allowed: "auto, query or tree",
+        meaning: "with exact=true: by ray queries or through the engine's own tree; auto: queries where a GPU has them",
+    },
+    Parameter {
         key: "samples",
         default: "1",
         allowed: "1, 4, 8 or 16; 1 without exact=true",
@@ -148,6 +154,7 @@ pub(super) fn config(spec: &MethodSpec, size: [u32; 2]) -> Result<Config, LabErr
     config.level_blend = spec.one_of("blend", "false", &["true", "false"])? == "true";
     config.gutter = if is_auto(spec, "gutter") { config.filter.reach() } else { spec.u32_in("gutter", 2, 1..=8)? };
     config.exact = spec.one_of("exact", "false", &["true", "false"])? == "true";
+    config.ray_query = spec.one_of("rays", "auto", &["auto", "query", "tree"])? != "tree";
     config.samples = spec.one_of("samples", "1", &["1", "4", "8", "16"])?.parse().unwrap_or(1);
     config.virtual_bits = spec.u32_in("virtual", config.virtual_bits, 15..=30)?;
     config.bias_texels = spec.f32_in("depth_bias", config.bias_texels, 0.0..=16.0)?;
@@ -191,6 +198,14 @@ impl Rmsm {
         let mut config = config(spec, lab.view().size)?;
         if lab.device_is_cpu() {
             config.cull_group = 16;
+            // a CPU traces them in software, and takes twice as long as with the tree
+            config.ray_query &= !is_auto(spec, "rays");
+        }
+        if spec.value("rays") == Some("query") && !lab.has_ray_queries() {
+            let device = lab.device_name();
+            return Err(LabError::Refused(format!(
+                "'{spec}' needs ray queries, which device '{device}' does not have"
+            )));
         }
         if is_auto(spec, "pairs") {
             config.pair_capacity = config.pair_capacity.max(Config::least_pairs(lab.scene_buffers().caster_count));

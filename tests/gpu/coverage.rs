@@ -114,6 +114,25 @@ fn shares_do_not_depend_on_the_pages() {
     }
 }
 
+/// Rays through the tree and ray queries, where the device has them, find the same but for a few that graze an edge.
+#[test]
+fn shares_do_not_depend_on_how_rays_are_traced() {
+    for (scene, view) in [scenes::street(SIZE), scenes::leaves(SIZE), scenes::random(SIZE, 8)] {
+        let name = scene.name.clone();
+        let lab = Bench::new(scene, view);
+        let of = |ray_query| {
+            let config = Config { ray_query, ..config(1, 8) };
+            let mut stage = EngineStage::new(&lab, &config).unwrap();
+            assert_eq!(stage.has_tree(), !(ray_query && lab.has_ray_queries()));
+            stage.all(&lab).unwrap().0
+        };
+        let (tree, queries) = (of(false), of(true));
+        let differ = tree.iter().zip(&queries).filter(|(a, b)| a != b).count();
+        println!("{name}: {differ} of {} differ", tree.len());
+        assert!(differ <= 2 && tree.iter().any(|&word| word != tree[0]), "{name}: {differ}");
+    }
+}
+
 /// Texels larger than pixels, the edge of a sheet's shadow on each of their sides.
 #[test]
 fn edges_just_beyond_a_texel_are_noticed() {

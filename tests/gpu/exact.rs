@@ -1,5 +1,5 @@
-//! Rays through the GPU's tree against the tracer on the CPU: every kind of ray, scene and placement, and trees that are
-//! brought up to date or wrongly left as they were.
+//! Rays through the GPU's tree, and by ray queries where the device has them, against the tracer on the CPU: every kind of
+//! ray, scene and placement, and trees that are brought up to date or wrongly left as they were.
 
 use crate::bench::{Bench, Lcg};
 use crate::scenes;
@@ -103,10 +103,28 @@ fn agrees(lab: &Lab, stage: &ExactStage, rays: &[Ray]) {
     assert!(verdict.differ <= 2 + rays.len() / 10_000, "{name}: {} of {} rays differ", verdict.differ, rays.len());
 }
 
-fn built(lab: &Lab, capacity: usize) -> ExactStage {
-    let stage = ExactStage::new(lab, &Config::new(SIZE), capacity as u32).unwrap();
-    stage.build_all(lab).unwrap();
-    stage
+/// The tree, then ray queries if the device has them; `config` for both.
+fn routes(lab: &Lab, config: &Config, capacity: usize) -> Vec<ExactStage> {
+    let make = |ray_query| {
+        let stage = ExactStage::new(lab, &Config { ray_query, ..config.clone() }, capacity as u32).unwrap();
+        stage.build_all(lab).unwrap();
+        stage
+    };
+    let (tree, other) = (make(false), make(true));
+    assert!(tree.has_tree());
+    let queries = lab.has_ray_queries();
+    assert_eq!(other.has_tree(), !queries, "ray queries where the device has them");
+    if queries { vec![tree, other] } else { vec![tree] }
+}
+
+fn built(lab: &Lab, capacity: usize) -> Vec<ExactStage> {
+    routes(lab, &Config::new(SIZE), capacity)
+}
+
+/// All routes agree with the tracer.
+#[track_caller]
+fn all_agree(lab: &Lab, rays: &[Ray]) {
+    built(lab, rays.len()).iter().for_each(|stage| agrees(lab, stage, rays));
 }
 
 /// What is to be told when instances changed.
@@ -128,7 +146,7 @@ fn rays_meet_what_the_tracer_meets() {
     for (seed, (scene, view)) in (1..).zip(made) {
         let lab = Bench::new(scene, view);
         let rays = random_rays(lab.scene(), seed, 20_000);
-        agrees(&lab, &built(&lab, rays.len()), &rays);
+        all_agree(&lab, &rays);
     }
 }
 
@@ -186,7 +204,7 @@ fn instances_of_every_kind_in_every_number() {
                 ray(from, DVec3::from(to) - from, lcg.between(0.5, 2.0))
             })
             .collect();
-        agrees(&lab, &built(&lab, rays.len()), &rays);
+        all_agree(&lab, &rays);
     }
 }
 
@@ -197,17 +215,19 @@ fn what_moved_is_met_where_it_is() {
     let mut lab = Bench::new(scene, base);
     lab.set_motion(motion);
     let rays = random_rays(lab.scene(), 9, 20_000);
-    let stage = built(&lab, rays.len());
+    let stages = built(&lab, rays.len());
     for time in [0.6, 1.7] {
         lab.animate(time).unwrap();
-        let stale = compare(&lab, &rays, &trace(&lab, &stage, &rays));
-        assert!(!stale.wrong.is_empty(), "a tree that nobody told is right all the same");
-        stage.build(&lab, &told(&lab, [], 0)).unwrap();
-        let stale = compare(&lab, &rays, &trace(&lab, &stage, &rays));
-        assert!(!stale.wrong.is_empty(), "a tree is built although nothing changed");
-        let movers = lab.scene().instances.len() as u32 - 3..lab.scene().instances.len() as u32;
-        stage.build(&lab, &told(&lab, movers, CHANGED_PLACE)).unwrap();
-        agrees(&lab, &stage, &rays);
+        for stage in &stages {
+            let stale = compare(&lab, &rays, &trace(&lab, stage, &rays));
+            assert!(!stale.wrong.is_empty(), "what nobody told is right all the same");
+            stage.build(&lab, &told(&lab, [], 0)).unwrap();
+            let stale = compare(&lab, &rays, &trace(&lab, stage, &rays));
+            assert_eq!(stale.wrong.is_empty(), !stage.has_tree(), "a tree is built although nothing changed");
+            let movers = lab.scene().instances.len() as u32 - 3..lab.scene().instances.len() as u32;
+            stage.build(&lab, &told(&lab, movers, CHANGED_PLACE)).unwrap();
+            agrees(&lab, stage, &rays);
+        }
     }
 }
 
@@ -241,14 +261,20 @@ fn what_deformed_is_met_as_it_is() {
     let (scene, view) = scenes::sphere_on_plane(SIZE);
     let mut lab = Bench::new(scene, view);
     let rays = random_rays(lab.scene(), 10, 20_000);
-    let stage = built(&lab, rays.len());
+    let stages = built(&lab, rays.len());
     for share in [0.4, 0.3] {
         deform(&mut lab, 1, share);
-        stage.build(&lab, &told(&lab, [1], CHANGED_PLACE)).unwrap();
-        let stale = compare(&lab, &rays, &trace(&lab, &stage, &rays));
-        assert!(!stale.wrong.is_empty(), "clusters that nobody told of are built all the same");
-        stage.build(&lab, &told(&lab, [1], CHANGED_SHAPE)).unwrap();
-        agrees(&lab, &stage, &rays);
+        for stage in &stages {
+            stage.build(&lab, &told(&lab, [1], CHANGED_PLACE)).unwrap();
+            let stale = compare(&lab, &rays, &trace(&lab, stage, &rays));
+            assert_eq!(
+                stale.wrong.is_empty(),
+                !stage.has_tree(),
+                "clusters that nobody told of are built all the same"
+            );
+            stage.build(&lab, &told(&lab, [1], CHANGED_SHAPE)).unwrap();
+            agrees(&lab, stage, &rays);
+        }
     }
 }
 
@@ -265,18 +291,21 @@ fn who_casts_no_shadow_is_not_met() {
     };
     let rays = random_rays(lab.scene(), 11, 5000);
     policy(&mut lab, &[0, 1], CastPolicy::Never);
-    let stage = built(&lab, rays.len());
-    assert!(!trace(&lab, &stage, &rays).contains(&true), "nothing casts");
-    // the plane alone: what is met lies below its height
-    policy(&mut lab, &[0], CastPolicy::Auto);
-    stage.build(&lab, &told(&lab, [0], CHANGED_SHAPE)).unwrap();
-    let plane = trace(&lab, &stage, &rays);
-    assert!(plane.contains(&true) && plane.contains(&false));
-    policy(&mut lab, &[1], CastPolicy::Always);
-    stage.build(&lab, &told(&lab, [1], CHANGED_SHAPE)).unwrap();
-    agrees(&lab, &stage, &rays);
-    let all = trace(&lab, &stage, &rays);
-    assert!(plane.iter().zip(&all).all(|(p, a)| !p || *a) && plane != all);
+    for stage in built(&lab, rays.len()) {
+        policy(&mut lab, &[0, 1], CastPolicy::Never);
+        stage.build(&lab, &told(&lab, [0, 1], CHANGED_SHAPE)).unwrap();
+        assert!(!trace(&lab, &stage, &rays).contains(&true), "nothing casts");
+        // the plane alone: what is met lies below its height
+        policy(&mut lab, &[0], CastPolicy::Auto);
+        stage.build(&lab, &told(&lab, [0], CHANGED_SHAPE)).unwrap();
+        let plane = trace(&lab, &stage, &rays);
+        assert!(plane.contains(&true) && plane.contains(&false));
+        policy(&mut lab, &[1], CastPolicy::Always);
+        stage.build(&lab, &told(&lab, [1], CHANGED_SHAPE)).unwrap();
+        agrees(&lab, &stage, &rays);
+        let all = trace(&lab, &stage, &rays);
+        assert!(plane.iter().zip(&all).all(|(p, a)| !p || *a) && plane != all);
+    }
 }
 
 /// Whether a ray meets a triangle from the side that `cull` leaves in, tried one by one.
@@ -312,13 +341,14 @@ fn sides_are_left_out_by_winding() {
     let rays: Vec<Ray> = random_rays(lab.scene(), 12, 30_000).into_iter().filter(|r| traced(&lab, r)).collect();
     assert!(rays.len() > 200, "{} rays", rays.len());
     for cull in [Cull::None, Cull::Back, Cull::Front] {
-        let stage = ExactStage::new(&lab, &Config { cull, ..Config::new(SIZE) }, rays.len() as u32).unwrap();
-        stage.build_all(&lab).unwrap();
-        let got = trace(&lab, &stage, &rays);
         let want: Vec<bool> = rays.iter().map(|r| met_from_a_side(lab.scene(), r, cull)).collect();
         assert!(cull == Cull::None || want.contains(&true) && want.contains(&false));
-        let differ = want.iter().zip(&got).filter(|(w, g)| w != g).count();
-        assert!(differ <= 1, "{cull:?}: {differ} of {} rays differ", rays.len());
+        for stage in routes(&lab, &Config { cull, ..Config::new(SIZE) }, rays.len()) {
+            let got = trace(&lab, &stage, &rays);
+            let differ = want.iter().zip(&got).filter(|(w, g)| w != g).count();
+            let tree = stage.has_tree();
+            assert!(differ <= 1, "{cull:?}, tree {tree}: {differ} of {} rays differ", rays.len());
+        }
     }
 }
 
@@ -327,18 +357,20 @@ fn lists_of_every_length_and_rays_that_are_none() {
     let (scene, view) = scenes::sphere_on_plane(SIZE);
     let lab = Bench::new(scene, view);
     let rays = random_rays(lab.scene(), 13, 200);
-    let stage = built(&lab, 130);
+    let stages = built(&lab, 130);
     let want: Vec<bool> = rays.iter().map(|r| traced(&lab, r)).collect();
-    for count in [0, 1, 63, 64, 65, 129, 130, 131, 200] {
-        let kept = trace(&lab, &stage, &vec![ray(DVec3::ZERO, DVec3::ZERO, 1.0); 130]);
+    for (stage, count) in stages.iter().flat_map(|s| [0, 1, 63, 64, 65, 129, 130, 131, 200].map(|count| (s, count))) {
+        let kept = trace(&lab, stage, &vec![ray(DVec3::ZERO, DVec3::ZERO, 1.0); 130]);
         assert!(!kept.contains(&true), "a ray without a direction is met");
-        let got = trace(&lab, &stage, &rays[..count]);
+        let got = trace(&lab, stage, &rays[..count]);
         assert_eq!(got, want[..count.min(130)], "{count} rays");
     }
     let odd = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e38, 1e-38, 0.0];
     let words = || odd.iter().flat_map(|&a| odd.iter().map(move |&b| DVec3::new(a, b, 1.0)));
     let rays: Vec<Ray> = words().flat_map(|o| words().map(move |d| ray(o, d, f64::NAN))).take(130).collect();
-    assert_eq!(trace(&lab, &stage, &rays).len(), 130);
+    for stage in &stages {
+        assert_eq!(trace(&lab, stage, &rays).len(), 130);
+    }
 }
 
 /// Instances and vertices that are not finite end no walk late and hide no others.
@@ -354,7 +386,7 @@ fn what_is_not_finite_is_not_met() {
     }
     let lab = Bench::new(scene, view);
     let rays = random_rays(lab.scene(), 14, 10_000);
-    agrees(&lab, &built(&lab, rays.len()), &rays);
+    all_agree(&lab, &rays);
 }
 
 /// Scene files below `UMBRAGE_SCENES`, or that one.
@@ -377,17 +409,27 @@ fn scene_files_are_met_as_the_tracer_meets_them() {
         let view = View::default_for(&scene, SIZE);
         let mut lab = Bench::new(scene, view);
         let rays = random_rays(lab.scene(), 15, 100_000);
-        let stage = built(&lab, rays.len());
+        let stages = built(&lab, rays.len());
         let say = |what: &str, lab: &Lab| {
-            let verdict = compare(lab, &rays, &trace(lab, &stage, &rays));
-            println!("{} {what}: {} differ, {} wrong", lab.scene().name, verdict.differ, verdict.wrong.len());
-            assert!(verdict.wrong.is_empty(), "{:?}", rays[verdict.wrong[0]]);
+            for stage in &stages {
+                let verdict = compare(lab, &rays, &trace(lab, stage, &rays));
+                let route = if stage.has_tree() { "tree" } else { "queries" };
+                println!(
+                    "{} {what}, {route}: {} differ, {} wrong",
+                    lab.scene().name,
+                    verdict.differ,
+                    verdict.wrong.len()
+                );
+                assert!(verdict.wrong.is_empty(), "{:?}", rays[verdict.wrong[0]]);
+            }
         };
         say("as loaded", &lab);
         if let Some(motion) = motion {
             lab.set_motion(motion);
             lab.animate(0.4).unwrap();
-            stage.build_all(&lab).unwrap();
+            for stage in &stages {
+                stage.build_all(&lab).unwrap();
+            }
             say("moved", &lab);
         }
     }
@@ -421,8 +463,8 @@ fn times_of_scene_files() {
         };
         let lab = Lab::new(&LabOptions { device: None, validation: false }, scene, view).unwrap();
         let rays = shadow_rays(&lab);
-        let stage = built(&lab, rays.len());
-        stage.load(&lab, &rays).unwrap();
+        let stages = built(&lab, rays.len());
+        stages.iter().for_each(|stage| stage.load(&lab, &rays).unwrap());
         lab.tracer();
         let on_cpu = || {
             let start = Instant::now();
@@ -435,28 +477,32 @@ fn times_of_scene_files() {
             });
             start.elapsed().as_secs_f64() * 1e3
         };
-        let mut times = [(); 5].map(|()| Vec::new());
-        for _ in 0..5 {
+        let mut times = vec![[(); 5].map(|()| Vec::new()); stages.len()];
+        for i in (0..5).flat_map(|_| 0..stages.len()) {
+            let (stage, times) = (&stages[i], &mut times[i]);
             let all = |change| stage.build(&lab, &vec![change; lab.scene().instances.len()]).unwrap();
             let round = [all(CHANGED_SHAPE), all(CHANGED_PLACE), all(0), stage.trace(&lab).unwrap(), on_cpu()];
             times.iter_mut().zip(round).for_each(|(list, ms)| list.push(ms));
         }
-        let [build, moved, still, gpu, cpu] = times.map(|mut list| {
-            list.sort_by(f64::total_cmp);
-            list[list.len() / 2]
-        });
-        let ns = |ms: f64| 1e6 * ms / rays.len() as f64;
-        println!(
-            "{}: build {build:.1} ms, all moved {moved:.1} ms, still {still:.2} ms, {} rays of {:.0} ns ({:.0} ns by the tracer \
-             on two cores, ratio {:.1}), {:.1} MiB for {} triangles",
-            lab.scene().name,
-            rays.len(),
-            ns(gpu),
-            ns(cpu),
-            gpu / cpu,
-            stage.bytes() as f64 / f64::from(1 << 20),
-            lab.scene().unique_triangles(),
-        );
+        for (stage, times) in stages.iter().zip(times) {
+            let [build, moved, still, gpu, cpu] = times.map(|mut list| {
+                list.sort_by(f64::total_cmp);
+                list[list.len() / 2]
+            });
+            let ns = |ms: f64| 1e6 * ms / rays.len() as f64;
+            println!(
+                "{}, {}: build {build:.1} ms, all moved {moved:.1} ms, still {still:.2} ms, {} rays of {:.0} ns ({:.0} ns by \
+                 the tracer on two cores, ratio {:.1}), {:.1} MiB for {} triangles",
+                lab.scene().name,
+                if stage.has_tree() { "tree" } else { "queries" },
+                rays.len(),
+                ns(gpu),
+                ns(cpu),
+                gpu / cpu,
+                stage.bytes() as f64 / f64::from(1 << 20),
+                lab.scene().unique_triangles(),
+            );
+        }
     }
 }
 
@@ -466,5 +512,5 @@ fn shadow_rays_of_the_builtin_scene() {
     let (_, view) = scenes::street([320, 180]);
     let lab = Bench::new(builtin(), view);
     let rays = shadow_rays(&lab);
-    agrees(&lab, &built(&lab, rays.len()), &rays);
+    all_agree(&lab, &rays);
 }
