@@ -59,6 +59,15 @@ impl Engine {
         view.gradient.record(cmd, view.size);
         sync::image(device, cmd, &view.buffers.receiver, StorageImage, ComputeRead);
         timer.mark(cmd, "gradient");
+        // the structure is relative to the eye
+        if let Some(query) = view.exact.as_ref().and_then(|exact| exact.query.as_ref()) {
+            sync::barrier(device, cmd, &[(StructureBuild, ComputeWrite)]);
+            query.record_instances(cmd);
+            sync::barrier(device, cmd, &[(ComputeWrite, StructureBuild), (StructureRead, StructureBuild)]);
+            query.record_build(cmd);
+            sync::barrier(device, cmd, &[(StructureBuild, StructureRead)]);
+            timer.mark(cmd, "query");
+        }
         if !sun {
             view.request.record_first(cmd, sun);
             sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite)]);
