@@ -1,6 +1,6 @@
 //! The viewer: a perspective camera in world space.
 
-use glam::{DMat3, DVec3, Mat4, Vec3, Vec4};
+use glam::{DMat3, DMat4, DVec3, DVec4};
 
 /// A perspective camera. Right-handed world, the image's row 0 is the top, pixel centres lie at +0.5.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,23 +28,16 @@ impl Camera {
         DMat3::from_cols(right, up, back).transpose()
     }
 
-    /// Clip space from world space relative to the eye: Vulkan clip space (y down), reversed depth (near 1, far 0).
-    pub fn clip_from_eye_relative(&self, aspect: f64) -> Mat4 {
-        let view = self.view_from_world();
+    /// Vulkan clip space (y down) from view space, reversed depth (near 1, far 0). `aspect`: width over height.
+    pub fn clip_from_view(&self, aspect: f64) -> DMat4 {
         let f = 1.0 / (0.5 * self.fov_y_deg.to_radians()).tan();
         let (n, r) = (self.near, self.far);
-        let rows = [
-            view.row(0) * (f / aspect),
-            view.row(1) * -f,
+        DMat4::from_cols(
+            DVec4::new(f / aspect, 0.0, 0.0, 0.0),
+            DVec4::new(0.0, -f, 0.0, 0.0),
             // z_clip = (n z_view + n r) / (r - n) with z_view negative in front of the eye
-            view.row(2) * (n / (r - n)),
-            view.row(2) * -1.0,
-        ];
-        let w = [0.0, 0.0, n * r / (r - n), 0.0];
-        let row = |i: usize| {
-            let v: Vec3 = rows[i].as_vec3();
-            Vec4::new(v.x, v.y, v.z, w[i] as f32)
-        };
-        Mat4::from_cols(row(0), row(1), row(2), row(3)).transpose()
+            DVec4::new(0.0, 0.0, n / (r - n), -1.0),
+            DVec4::new(0.0, 0.0, n * r / (r - n), 0.0),
+        )
     }
 }

@@ -130,8 +130,8 @@ pub(crate) fn check_size(field: &'static str, given: [u32; 2], most: [u32; 2]) -
 /// Plain data; every field is checked when the engine is made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
-    /// Width and height in pixels of the largest view, 1 to 16384 each; every view has its own
-    /// ([`crate::host::Receivers::size`]).
+    /// Width and height in pixels that no view ever exceeds, 1 to 16384 each; every view has its own size
+    /// ([`crate::host::Receivers::size`]), which [`crate::Engine::resize`] changes.
     pub size: [u32; 2],
     /// Device memory for the physical atlas, in bytes: one layer of `page_texels`^2 texels of 4 bytes a page.
     pub atlas_bytes: u64,
@@ -196,12 +196,14 @@ pub struct Config {
     /// What drawing a page costs beside its pairs, as a number of pairs: the constant part of the cost by which pages are
     /// served. 0 to 1024.
     pub page_cost: u32,
-    /// Frames without a change after which a caster of policy [`crate::host::CastPolicy::Auto`] is cached again; 1 to 10000.
+    /// Frames without a change after which a caster of policy [`crate::CastPolicy::Auto`] is cached again; 1 to 10000.
     pub still_frames: u32,
     /// Texels of the page that serves by which cached shadows may be off while the light turns; 0 to 16. The bound holds for
     /// the casters farthest from the origin; others are off by less. Such pages are looked up with as much more depth bias.
     /// Once the light rests, all pages are exact again within 32 frames. At 0 every turn of the light draws all pages anew.
     pub drift_texels: f32,
+    /// Frames of which [`crate::Engine::counters`] are kept, 1 to 16: as many as the host has in flight before it asks.
+    pub frames_in_flight: u32,
     /// Whether pages are kept from frame to frame. Without it every frame draws what it needs, without a limit of pages.
     pub cache: bool,
     /// GPU time in milliseconds towards which [`crate::Engine::steer`] steers pages per frame and level bias; 0: none.
@@ -245,6 +247,7 @@ impl Config {
             page_cost: 16,
             still_frames: 16,
             drift_texels: 0.5,
+            frames_in_flight: 3,
             cache: true,
             target_ms: 0.0,
             index_capacity: 6 << 20,
@@ -403,6 +406,7 @@ impl Config {
         limit((16..=4096).contains(&sun), "sun_pages_per_frame", sun, "16 to 4096".into())?;
         limit(self.page_cost <= 1024, "page_cost", self.page_cost, "0 to 1024 pairs".into())?;
         limit((1..=10_000).contains(&self.still_frames), "still_frames", self.still_frames, "1 to 10000".into())?;
+        limit((1..=16).contains(&self.frames_in_flight), "frames_in_flight", self.frames_in_flight, "1 to 16".into())?;
         limit((0.0..=1e6).contains(&self.target_ms), "target_ms", self.target_ms, "0 to 1000000".into())?;
         limit((0.0..=16.0).contains(&self.drift_texels), "drift_texels", self.drift_texels, "0 to 16".into())?;
         limit(

@@ -1,6 +1,8 @@
 //! Everything that crosses the border between a host renderer and the engine, as plain handles.
 
+use crate::{Camera, Error};
 use ash::vk;
+use glam::{DMat3, DMat4, DVec3, Vec2, Vec3};
 
 /// What the engine draws: buffers that the host fills, keeps alive, and changes only between frames. Positions may change
 /// with the bounds of their clusters and meshes and the revisions of their instances.
@@ -24,7 +26,7 @@ pub struct SceneBuffers {
     /// than by matrix, mesh, material or flags. Another mesh must not have more clusters than the first. In worlds of
     /// kilometres `low` holds what single precision leaves of the translation; zero is allowed.
     pub instances: vk::Buffer,
-    /// Number of instances. Room for more is kept by instances of policy [`CastPolicy::Never`].
+    /// Number of instances. Room for more is kept by instances of policy [`crate::CastPolicy::Never`].
     pub instance_count: u32,
     /// [`crate::gpu::structs::MeshBounds`] structs.
     pub meshes: vk::Buffer,
@@ -47,39 +49,196 @@ pub struct SceneBuffers {
     pub bounds_max: [f64; 3],
 }
 
-/// How an instance casts; bits 0 and 1 of its `flags`.
-#[repr(u32)]
+/// How the host uses an image before the engine's commands and after them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum CastPolicy {
-    /// In the cached layer while it stands still, in the layer drawn every frame while it changes.
-    Auto = 0,
-    /// Always in the cached layer: each change redraws the pages it touches.
-    Static = 1,
-    /// Always in the layer that is drawn every frame; its revision need not be kept.
-    Always = 2,
-    /// Casts no shadow.
-    Never = 3,
+pub struct ImageUse {
+    /// The layout in which the engine finds and leaves the image.
+    pub layout: vk::ImageLayout,
+    /// The stages that use it.
+    pub stage: vk::PipelineStageFlags2,
+    /// What they do with it.
+    pub access: vk::AccessFlags2,
 }
 
-/// Bit of an instance's `flags`: its triangles are tested against alpha.
-pub const ALPHA_TESTED: u32 = 4;
+impl ImageUse {
+    /// Sampled in fragment and compute shaders.
+    pub const SAMPLED: Self = Self {
+        layout: vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL,
+        stage: vk::PipelineStageFlags2::from_raw(
+            vk::PipelineStageFlags2::FRAGMENT_SHADER.as_raw() | vk::PipelineStageFlags2::COMPUTE_SHADER.as_raw(),
+        ),
+        access: vk::AccessFlags2::SHADER_SAMPLED_READ,
+    };
+    /// A depth attachment that is tested and written.
+    pub const DEPTH_ATTACHMENT: Self = Self {
+        layout: vk::ImageLayout::DEPTH_ATTACHMENT_OPTIMAL,
+        stage: vk::PipelineStageFlags2::from_raw(
+            vk::PipelineStageFlags2::EARLY_FRAGMENT_TESTS.as_raw()
+                | vk::PipelineStageFlags2::LATE_FRAGMENT_TESTS.as_raw(),
+        ),
+        access: vk::AccessFlags2::from_raw(
+            vk::AccessFlags2::DEPTH_STENCIL_ATTACHMENT_READ.as_raw()
+                | vk::AccessFlags2::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw(),
+        ),
+    };
+    /// A colour attachment that is written.
+    pub const COLOR_ATTACHMENT: Self = Self {
+        layout: vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
+        stage: vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT,
+        access: vk::AccessFlags2::COLOR_ATTACHMENT_WRITE,
+    };
+    /// The source of a copy.
+    pub const COPIED: Self = Self {
+        layout: vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
+        stage: vk::PipelineStageFlags2::ALL_TRANSFER,
+        access: vk::AccessFlags2::TRANSFER_READ,
+    };
 
-/// What the camera saw: images in `SHADER_READ_ONLY_OPTIMAL` when the engine's commands run.
+    /// Whether the layout is one in which shaders sample.
+    fn is_sampled(&self) -> bool {
+        use vk::ImageLayout as L;
+        matches!(
+            self.layout,
+            L::GENERAL
+                | L::SHADER_READ_ONLY_OPTIMAL
+                | L::READ_ONLY_OPTIMAL
+                | L::DEPTH_READ_ONLY_OPTIMAL
+                | L::DEPTH_STENCIL_READ_ONLY_OPTIMAL
+                | L::DEPTH_READ_ONLY_STENCIL_ATTACHMENT_OPTIMAL
+        )
+    }
+}
+
+/// An image of the host that the engine samples: 2-D, one sample a texel, usage `SAMPLED`.
 #[derive(Debug, Clone, Copy)]
-pub struct Receivers {
-    /// D32 depth, reversed (near 1, far 0; 0 where there is no surface).
-    pub depth: vk::ImageView,
-    /// R32_UINT: geometric normal towards the eye, octahedral, two 16-bit signed fractions.
-    pub normal: vk::ImageView,
-    /// Width and height of both in pixels, 1 to those of [`crate::Config::size`].
+pub struct HostImage {
+    /// The image.
+    pub image: vk::Image,
+    /// A 2-D view of the layer below, of the depth aspect alone where the format has two.
+    pub view: vk::ImageView,
+    /// Format of the image.
+    pub format: vk::Format,
+    /// Samples a texel; the engine reads images of one only.
+    pub samples: vk::SampleCountFlags,
+    /// Layer of the image that the view shows.
+    pub layer: u32,
+    /// What used it last before the engine's commands, and what uses it first after them. Layouts other than those in which
+    /// shaders sample are left for `SHADER_READ_ONLY_OPTIMAL` and entered again.
+    pub used: ImageUse,
+}
+
+impl HostImage {
+    /// The layout in which the engine samples it.
+    pub(crate) fn sampled_layout(&self) -> vk::ImageLayout {
+        if self.used.is_sampled() { self.used.layout } else { vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL }
+    }
+
+    /// All aspects of the format.
+    pub(crate) fn aspect(&self) -> vk::ImageAspectFlags {
+        use vk::Format as F;
+        match self.format {
+            F::D16_UNORM_S8_UINT | F::D24_UNORM_S8_UINT | F::D32_SFLOAT_S8_UINT => {
+                vk::ImageAspectFlags::DEPTH | vk::ImageAspectFlags::STENCIL
+            }
+            F::D16_UNORM | F::X8_D24_UNORM_PACK32 | F::D32_SFLOAT => vk::ImageAspectFlags::DEPTH,
+            _ => vk::ImageAspectFlags::COLOR,
+        }
+    }
+
+    fn check(&self, field: &'static str, right: bool, formats: &str) -> Result<(), Error> {
+        let limit = |ok: bool, given: String, limit: String| {
+            if ok { Ok(()) } else { Err(Error::Limit { field, given, limit }) }
+        };
+        limit(right, format!("an image of format {:?}", self.format), formats.into())?;
+        let samples = format!("an image of {} samples a texel", self.samples.as_raw());
+        limit(self.samples == vk::SampleCountFlags::TYPE_1, samples, "1 sample: resolve it first".into())?;
+        let layout = self.used.layout;
+        let known = layout != vk::ImageLayout::UNDEFINED && layout != vk::ImageLayout::PREINITIALIZED;
+        limit(known, format!("an image in layout {layout:?}"), "a layout that keeps what was drawn".into())
+    }
+}
+
+/// What the camera saw.
+#[derive(Debug, Clone, Copy)]
+pub struct ReceiverImages {
+    /// Depth of the nearest surface: D16, X8_D24, D24_S8, D32 or D32_S8, of any perspective projection. Texels of the far
+    /// end (0 where nearer is greater, else 1) are no surface. D32 with nearer greater is the only one that keeps
+    /// shadows of far surfaces as good as those of near ones.
+    pub depth: HostImage,
+    /// R32_UINT: geometric normal towards the eye in world space, octahedral, two 16-bit signed fractions (see
+    /// [`encode_normal`]). Without it normals come from the depths of neighbours: a pixel with a foreign surface on
+    /// both sides of it may get a wrong one.
+    pub normal: Option<HostImage>,
+}
+
+/// One view: what its camera saw and how the host uses its mask.
+#[derive(Debug, Clone, Copy)]
+pub struct Receivers<'a> {
+    /// Width and height of its images in pixels, 1 to those of [`crate::Config::size`].
     pub size: [u32; 2],
+    /// The images that frames may come with, at least one: more where frames in flight have images of their own. A frame says
+    /// which by [`FrameInput::images`].
+    pub images: &'a [ReceiverImages],
+    /// How the host uses the mask: what reads it after a frame, and may still read it when the next begins.
+    pub mask: ImageUse,
+}
+
+impl Receivers<'_> {
+    pub(crate) fn check(&self, largest: [u32; 2]) -> Result<(), Error> {
+        crate::config::check_size("size of a view", self.size, largest)?;
+        if self.images.is_empty() {
+            let limit = "at least one".into();
+            return Err(Error::Limit { field: "images of a view", given: "none".into(), limit });
+        }
+        for images in self.images {
+            let depth = images.depth.aspect().contains(vk::ImageAspectFlags::DEPTH);
+            images.depth.check("depth", depth, "D16, X8_D24, D24_S8, D32 or D32_S8")?;
+            if let Some(normal) = &images.normal {
+                normal.check("normal", normal.format == vk::Format::R32_UINT, "R32_UINT")?;
+            }
+        }
+        Ok(())
+    }
 }
 
 /// What changes from frame to frame in a view. All views of a frame have the same origin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrameInput {
-    /// The camera; positions in world space.
-    pub camera: crate::Camera,
+    /// World position of the eye.
+    pub eye: DVec3,
+    /// Rows: right, up and backward (against the view direction), unit vectors in world space at right angles. A mirror's view
+    /// may be left-handed.
+    pub view_from_world: DMat3,
+    /// Vulkan clip space (y down) from view space: any perspective projection without a shear of depth, whether nearer
+    /// is less or greater, to infinity or not, off centre (jitter, stereo) or not.
+    pub clip_from_view: DMat4,
     /// World position of the scene's origin.
-    pub origin: glam::DVec3,
+    pub origin: DVec3,
+    /// Index into [`Receivers::images`].
+    pub images: usize,
+}
+
+impl FrameInput {
+    /// Of a camera for an image of `size` pixels; reversed depth, the first images.
+    pub fn new(camera: &Camera, size: [u32; 2], origin: DVec3) -> Self {
+        let aspect = f64::from(size[0]) / f64::from(size[1]);
+        Self {
+            eye: camera.eye,
+            view_from_world: camera.view_from_world(),
+            clip_from_view: camera.clip_from_view(aspect),
+            origin,
+            images: 0,
+        }
+    }
+}
+
+/// Packs a unit vector as [`ReceiverImages::normal`] holds it: x / (|x| + |y| + |z|) and y alike, folded over where z is
+/// negative; x in the low half.
+pub fn encode_normal(n: Vec3) -> u32 {
+    let p = n.truncate() / (n.x.abs() + n.y.abs() + n.z.abs());
+    let sign = |v: f32| if v >= 0.0 { 1.0 } else { -1.0 };
+    let folded = Vec2::new((1.0 - p.y.abs()) * sign(p.x), (1.0 - p.x.abs()) * sign(p.y));
+    let p = if n.z < 0.0 { folded } else { p };
+    let bits = |v: f32| u32::from((v.clamp(-1.0, 1.0) * 32767.0).round_ties_even() as i16 as u16);
+    bits(p.x) | bits(p.y) << 16
 }

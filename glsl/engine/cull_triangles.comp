@@ -21,7 +21,7 @@ layout(std430, binding = 5) readonly buffer Instances { Instance instances[]; };
 layout(std430, binding = 6) readonly buffer Positions { float positions[]; };
 layout(std430, binding = 7) writeonly buffer Indices { uint indices[]; };  // the scene's, then room for compacted ones
 layout(std430, binding = 8) writeonly buffer Commands { DrawCommand commands[]; };
-layout(std430, binding = 9) readonly buffer Meshlets { uint meshlets[]; };  // see src/lab/meshlets.rs
+layout(std430, binding = 9) readonly buffer Meshlets { uint meshlets[]; };  // see src/casters.rs
 layout(std430, binding = 10) readonly buffer Lights { Light lights[]; };
 layout(push_constant) uniform Push {
     uint masked;           // 1 for alpha-tested casters

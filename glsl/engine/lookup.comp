@@ -221,16 +221,15 @@ void main() {
     if (any(greaterThanEqual(pixel, frame.size.xy))) {
         return;
     }
-    float stored = texelFetch(depth_image, ivec2(pixel), 0).r;
+    float depth = texelFetch(depth_image, ivec2(pixel), 0).r;
     uvec4 receiver = texelFetch(receiver_image, ivec2(pixel), 0);
-    float depth = linear_depth(frame, stored);
     vec3 from_eye = pixel_ray(frame, pixel) * depth;
     vec3 n = decode_normal(receiver.x);
     vec3 dx, dy;
     decode_derivatives(frame, receiver, depth, dx, dy);
     if (SUN) {
         // the words of the layers beyond the first light's are not read
-        float visibility = stored > 0.0 ? visibility_of(0u, frame.sun, from_eye, n, dx, dy) : 1.0;
+        float visibility = depth > 0.0 ? visibility_of(0u, frame.sun, from_eye, n, dx, dy) : 1.0;
         imageStore(mask_image, ivec3(pixel, 0), uvec4(encode_visibility(visibility)));
         return;
     }
@@ -244,7 +243,7 @@ void main() {
         uint bits = first < frame.lights.x ? tile_lights[tile + first / 32u] >> (first % 32u) : 0u;
         bits &= in_layer == 32u ? 0xffffffffu : (1u << in_layer) - 1u;
         uint word = 0u;
-        if (stored <= 0.0) {
+        if (depth <= 0.0) {
             word = MASK_BITS == 32u ? encode_visibility(1.0) : 0xffffffffu;
         } else {
             for (; bits != 0u; bits &= bits - 1u) {

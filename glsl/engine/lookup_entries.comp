@@ -30,10 +30,9 @@ void main() {
         return;
     }
     uint entry = 0u;
-    float stored = texelFetch(depth_image, ivec2(pixel), 0).r;
-    if (stored > 0.0) {
+    float depth = texelFetch(depth_image, ivec2(pixel), 0).r;
+    if (depth > 0.0) {
         uvec4 receiver = texelFetch(receiver_image, ivec2(pixel), 0);
-        float depth = linear_depth(frame, stored);
         vec3 dx, dy;
         decode_derivatives(frame, receiver, depth, dx, dy);
         Receiver r;

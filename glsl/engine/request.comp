@@ -114,15 +114,14 @@ void main() {
         shared_counts[i] = 0u;
     }
     uvec2 pixel = gl_GlobalInvocationID.xy;
-    float stored = 0.0;
+    float depth = 0.0;
     if (all(lessThan(pixel, frame.size.xy))) {
-        stored = texelFetch(depth_image, ivec2(pixel), 0).r;
+        depth = texelFetch(depth_image, ivec2(pixel), 0).r;
     }
-    float depth = linear_depth(frame, stored);
     vec3 from_eye = pixel_ray(frame, pixel) * depth;
     uint words = light_words(frame);
     if (!SUN) {
-        find_tile_lights(depth, stored > 0.0);
+        find_tile_lights(depth, depth > 0.0);
         barrier();
         uint tile = (gl_WorkGroupID.y * ((frame.size.x + 7u) / 8u) + gl_WorkGroupID.x) * words;
         for (uint i = local; i < words; i += 64u) {
@@ -132,7 +131,7 @@ void main() {
         barrier();
     }
     // an attempt that has failed already need not go on: what it finds is wiped anyway
-    if (stored > 0.0 && !(FLAGS && counters.requests[attempt] > CAPACITY)) {
+    if (depth > 0.0 && !(FLAGS && counters.requests[attempt] > CAPACITY)) {
         uvec4 receiver = texelFetch(receiver_image, ivec2(pixel), 0);
         vec3 n = decode_normal(receiver.x);
         vec3 dx, dy;

@@ -25,9 +25,9 @@ void main() {
         if (any(greaterThanEqual(pixel, frame.size.xy))) {
             break;
         }
-        float stored = texelFetch(depth_image, ivec2(pixel), 0).r;
-        if (stored > 0.0) {
-            uint bits = floatBitsToUint(stored);
+        float depth = texelFetch(depth_image, ivec2(pixel), 0).r;
+        if (depth > 0.0) {
+            uint bits = floatBitsToUint(depth);
             own = max(own, uvec2(bits, ~bits));
         }
     }

@@ -24,9 +24,9 @@ uint ordered(float v) {
 // Row r of the thread's column: false where there is no surface.
 bool sample_of_row(uint r, out uvec2 pixel, out Sample s) {
     pixel = uvec2(gl_GlobalInvocationID.x, gl_WorkGroupID.y * ROWS + r);
-    float stored = all(lessThan(pixel, frame.size.xy)) ? texelFetch(depth_image, ivec2(pixel), 0).r : 0.0;
-    s = sample_at(pixel, stored);
-    return stored > 0.0;
+    float depth = all(lessThan(pixel, frame.size.xy)) ? texelFetch(depth_image, ivec2(pixel), 0).r : 0.0;
+    s = sample_at(pixel, depth);
+    return depth > 0.0;
 }
 
 void measure(uint layer) {

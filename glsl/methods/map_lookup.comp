@@ -59,8 +59,8 @@ bool look_up(uint layer, uvec2 pixel, Sample s, out float lit) {
     return true;
 }
 
-float visibility(uvec2 pixel, float stored) {
-    Sample s = sample_at(pixel, stored);
+float visibility(uvec2 pixel, float depth) {
+    Sample s = sample_at(pixel, depth);
     if (!shone_on(pixel, s)) {
         return 0.0;
     }
@@ -82,6 +82,6 @@ void main() {
     if (any(greaterThanEqual(pixel, frame.size.xy))) {
         return;
     }
-    float stored = texelFetch(depth_image, ivec2(pixel), 0).r;
-    imageStore(visibility_image, ivec2(pixel), vec4(stored > 0.0 ? visibility(pixel, stored) : 1.0));
+    float depth = texelFetch(depth_image, ivec2(pixel), 0).r;
+    imageStore(visibility_image, ivec2(pixel), vec4(depth > 0.0 ? visibility(pixel, depth) : 1.0));
 }

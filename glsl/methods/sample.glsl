@@ -31,8 +31,7 @@ uint layer_of(vec3 from_eye, float depth) {
 }
 
 // All but the normal.
-Sample sample_at(uvec2 pixel, float stored) {
-    float depth = linear_depth(frame, stored);
+Sample sample_at(uvec2 pixel, float depth) {
     vec3 from_eye = pixel_ray(frame, pixel) * depth;
     return Sample(from_eye, vec3(0.0), layer_of(from_eye, depth));
 }

@@ -25,9 +25,9 @@ const uint LIGHT_CUBE = 3u;  // point lights and wide spots: six faces
 
 // Constants of one frame and view, written by the CPU at its start. Lengths are world units unless a name says otherwise.
 struct Frame {
-    mat4 clip_from_eye;  // from world positions relative to the eye; reversed depth
-    vec4 ray_corner;     // direction with unit depth through the top-left corner of the image; w: near plane
-    vec4 ray_dx;         // its change per pixel to the right; w: far plane
+    mat4 clip_from_eye;  // from world positions relative to the eye
+    vec4 ray_corner;     // direction with unit depth through the top-left corner of the image; w: depth is w / (stored + ray_dx.w), below 0 where nearer is less
+    vec4 ray_dx;         // its change per pixel to the right; w: see ray_corner
     vec4 ray_dy;         // its change per pixel down; w: derivatives are stored divided by (depth * w)
     vec4 eye;            // relative to the scene's origin
     vec4 eye_low;        // what single precision left of that

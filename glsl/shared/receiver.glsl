@@ -5,12 +5,11 @@ vec3 pixel_ray(Frame frame, uvec2 pixel) {
     return frame.ray_corner.xyz + centre.x * frame.ray_dx.xyz + centre.y * frame.ray_dy.xyz;
 }
 
-// Distance along the view direction from a reversed depth value.
-float linear_depth(Frame frame, float depth) {
-    float near = frame.ray_corner.w;
-    float far = frame.ray_dx.w;
-    return near * far / (near + depth * (far - near));
-}
+// Distance along the view direction from a depth value of the camera's projection.
+float linear_depth(Frame frame, float depth) { return frame.ray_corner.w / (depth + frame.ray_dx.w); }
+
+// Whether a depth value is that of a surface: not the far end of reversed (1 to 0) or of other (0 to 1) depth.
+bool is_surface(Frame frame, float depth) { return frame.ray_corner.w > 0.0 ? depth > 0.0 : depth < 1.0; }
 
 // Octahedral encoding of unit vectors in two 16-bit signed fractions.
 uint encode_normal(vec3 n) {

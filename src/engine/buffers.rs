@@ -90,7 +90,7 @@ impl Buffers {
             readback: Buffer::new(
                 gpu,
                 "counters readback",
-                size_of::<Counters>() as u64,
+                size_of::<Counters>() as u64 * u64::from(config.frames_in_flight),
                 U::TRANSFER_DST,
                 Memory::Readback,
             )?,

@@ -5,7 +5,7 @@ use crate::gpu::structs::{Frame, LightRecord, light_kind};
 use crate::host::{FrameInput, SceneBuffers};
 use crate::{Config, Error, Light};
 use bytemuck::Zeroable;
-use glam::{DVec2, DVec3};
+use glam::{DMat2, DMat3, DMat4, DVec2, DVec3};
 
 /// The coarsest level: one page holds all that a face sees.
 pub const ROOT_LEVEL: i32 = 23;
@@ -66,26 +66,52 @@ fn left(v: DVec3) -> DVec3 {
 }
 
 /// Constants that depend on the camera alone; the others are zero.
-pub(crate) fn camera_constants(size: [u32; 2], input: &FrameInput) -> Frame {
-    let camera = &input.camera;
-    let aspect = f64::from(size[0]) / f64::from(size[1]);
-    let view = camera.view_from_world();
-    let (right, up, back) = (view.row(0), view.row(1), view.row(2));
-    let half = (0.5 * camera.fov_y_deg.to_radians()).tan();
-    let dx = right * (2.0 * half * aspect / f64::from(size[0]));
-    let dy = up * (-2.0 * half / f64::from(size[1]));
-    let eye = camera.eye - input.origin;
-    let corner = -back + up * half - right * (half * aspect);
-    Frame {
-        clip_from_eye: camera.clip_from_eye_relative(aspect).to_cols_array_2d(),
-        ray_corner: word(corner, camera.near),
-        ray_dx: word(dx, camera.far),
+///
+/// # Errors
+/// [`Error::Limit`] for a view that is no rotation and a projection that is no perspective.
+pub(crate) fn camera_constants(size: [u32; 2], input: &FrameInput) -> Result<Frame, Error> {
+    let refused = |field, given: String, limit: &str| Err(Error::Limit { field, given, limit: limit.into() });
+    let view = input.view_from_world;
+    let off = (view * view.transpose() - DMat3::IDENTITY).to_cols_array();
+    if !off.iter().all(|v| v.abs() < 1e-4) || !input.eye.is_finite() || !input.origin.is_finite() {
+        let given = format!("{view} at {}", input.eye);
+        return refused(
+            "view_from_world",
+            given,
+            "three finite unit vectors at right angles, seen from a finite place",
+        );
+    }
+    // a point of depth 1 lies at NDC (a x + b y - c) / w, w the same everywhere
+    let [x, y, z, w] = [0, 1, 2, 3].map(|row| input.clip_from_view.row(row) / -input.clip_from_view.z_axis.w);
+    let plane = DMat2::from_cols(DVec2::new(x.x, y.x), DVec2::new(x.y, y.y));
+    let depth = [z.w, z.z];
+    let perspective = input.clip_from_view.z_axis.w < 0.0 && [w.x, w.y, w.w, x.w, y.w, z.x, z.y] == [0.0; 7];
+    let inverse = plane.inverse();
+    if !perspective || !inverse.is_finite() || depth[0] == 0.0 || !depth.iter().all(|v| v.is_finite()) {
+        let given = format!("{}", input.clip_from_view);
+        return refused(
+            "clip_from_view",
+            given,
+            "a perspective projection that looks along -z, depth of x and y alike",
+        );
+    }
+    let middle = DVec2::new(x.z, y.z);
+    let at = |ndc: DVec2| view.transpose() * (inverse * (ndc + middle)).extend(-1.0);
+    let step = |ndc: DVec2| view.transpose() * (inverse * ndc).extend(0.0);
+    let (width, height) = (f64::from(size[0]), f64::from(size[1]));
+    let (dx, dy) = (step(DVec2::new(2.0 / width, 0.0)), step(DVec2::new(0.0, 2.0 / height)));
+    let eye = input.eye - input.origin;
+    let clip = (input.clip_from_view * DMat4::from_mat3(view)).as_mat4();
+    Ok(Frame {
+        clip_from_eye: clip.to_cols_array_2d(),
+        ray_corner: word(at(DVec2::NEG_ONE), depth[0]),
+        ray_dx: word(dx, depth[1]),
         ray_dy: word(dy, dy.length()),
         eye: word(eye, 0.0),
         eye_low: word(left(eye), 0.0),
         size: [size[0], size[1], 0, 0],
         ..Zeroable::zeroed()
-    }
+    })
 }
 
 /// What a frame's constants take from the frames before.
@@ -108,16 +134,16 @@ pub(crate) fn constants(
     scene: &SceneBuffers,
     input: &FrameInput,
     history: &History,
-) -> Frame {
-    let camera = camera_constants(size, input);
+) -> Result<Frame, Error> {
+    let camera = camera_constants(size, input)?;
     let diagonal = DVec3::from(scene.bounds_max).distance(scene.bounds_min.into());
     let ray_start = (1e-5 * diagonal) as f32;
-    Frame {
+    Ok(Frame {
         size: [size[0], size[1], u32::from(config.level_rule == LevelRule::MinLength), 0],
         cache: [history.flags, history.frame, config.still_frames, history.page_cost],
         rule: [config.interior() as f32, config.bias_texels * config.filter.bias(), config.drift_texels, ray_start],
         ..camera
-    }
+    })
 }
 
 /// What the passes need of a light for an eye, relative to the scene's origin like the casters. `bias`: level bias.
@@ -128,7 +154,7 @@ pub(crate) fn light_record(
     input: &FrameInput,
     bias: f32,
 ) -> Result<LightRecord, Error> {
-    let eye = input.camera.eye - input.origin;
+    let eye = input.eye - input.origin;
     let interior = f64::from(config.interior());
     // factor on the squared projected footprint of a pixel
     let squared = |units: f64| ((interior * units).powi(2) * (2.0 * f64::from(bias)).exp2()) as f32;
@@ -192,5 +218,85 @@ pub(crate) fn light_record(
             given: "an area light".into(),
             limit: "a directional, spot or point light without extent".into(),
         }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Camera;
+    use glam::{DVec4, Vec3};
+
+    const SIZE: [u32; 2] = [640, 360];
+
+    /// A point of the world is found again from where the projection puts it and the depth it stores.
+    fn comes_back(name: &str, input: &FrameInput) {
+        let frame = camera_constants(SIZE, input).unwrap();
+        let xyz = |v: [f32; 4]| Vec3::new(v[0], v[1], v[2]).as_dvec3();
+        for i in 0..200 {
+            let share = |by: f64| (f64::from(i) * by).fract() - 0.5;
+            let z = -(0.2 + 40.0 * share(0.31).abs());
+            let view = DVec3::new(z * share(0.618), z * share(0.755), z);
+            let clip = input.clip_from_view * view.extend(1.0);
+            let ndc = clip / clip.w;
+            let pixel = [0, 1].map(|k| (ndc[k] + 1.0) * 0.5 * f64::from(SIZE[k]));
+            let ray = xyz(frame.ray_corner) + pixel[0] * xyz(frame.ray_dx) + pixel[1] * xyz(frame.ray_dy);
+            let depth = f64::from(frame.ray_corner[3]) / (ndc.z + f64::from(frame.ray_dx[3]));
+            let want = input.view_from_world.transpose() * view;
+            assert!((ray * depth).distance(want) < 1e-4 * want.length(), "{name}: {} is not {want}", ray * depth);
+        }
+        let nearer = frame.ray_corner[3] > 0.0;
+        let stored = |z: f64| {
+            let clip = input.clip_from_view * DVec4::new(0.0, 0.0, z, 1.0);
+            clip.z / clip.w
+        };
+        assert_eq!(stored(-1.0) > stored(-2.0), nearer, "{name}: which end is near");
+    }
+
+    fn camera() -> FrameInput {
+        let (eye, target) = (DVec3::new(3.0, 2.0, -1.0), DVec3::new(0.0, 1.0, 4.0));
+        let camera = Camera { eye, target, up: DVec3::Y, fov_y_deg: 60.0, near: 0.1, far: 100.0 };
+        FrameInput::new(&camera, SIZE, DVec3::ZERO)
+    }
+
+    #[test]
+    fn projections_of_every_kind() {
+        let camera = camera();
+        let with = |edit: fn(&mut DMat4)| {
+            let mut input = camera;
+            edit(&mut input.clip_from_view);
+            input
+        };
+        comes_back("reversed", &camera);
+        comes_back("reversed, to infinity", &with(|m| (m.z_axis.z, m.w_axis.z) = (0.0, 0.1)));
+        comes_back("nearer is less", &with(|m| (m.z_axis.z, m.w_axis.z) = (-100.0 / 99.9, -10.0 / 99.9)));
+        comes_back("off centre", &with(|m| (m.z_axis.x, m.z_axis.y) = (0.3, -0.05)));
+        comes_back("y up", &with(|m| m.y_axis.y *= -1.0));
+        comes_back("scaled", &with(|m| *m *= 3.0));
+        let mut mirror = camera;
+        mirror.view_from_world = DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0)) * mirror.view_from_world;
+        comes_back("mirrored", &mirror);
+    }
+
+    #[test]
+    fn cameras_that_are_none_are_refused() {
+        let camera = camera();
+        let mut bad = Vec::new();
+        let clip = |edit: fn(&mut DMat4)| {
+            let mut input = camera;
+            edit(&mut input.clip_from_view);
+            ("clip_from_view", input)
+        };
+        bad.push(clip(|m| *m = DMat4::IDENTITY));
+        bad.push(clip(|m| m.x_axis.x = 0.0));
+        bad.push(clip(|m| m.z_axis.w = 1.0));
+        bad.push(clip(|m| m.w_axis.z = f64::NAN));
+        bad.push(clip(|m| m.x_axis.z = 0.1));
+        bad.push(("view_from_world", FrameInput { view_from_world: camera.view_from_world * 2.0, ..camera }));
+        bad.push(("view_from_world", FrameInput { eye: DVec3::NAN, ..camera }));
+        for (field, input) in bad {
+            let error = camera_constants(SIZE, &input).unwrap_err().to_string();
+            assert!(error.starts_with(field), "{error}");
+        }
     }
 }

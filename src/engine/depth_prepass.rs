@@ -8,7 +8,7 @@ use crate::gpu::HostDevice;
 use crate::gpu::structs::Frame;
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Buffer, Gpu, Graphics, GraphicsState, Image, ImageSpec, Memory, Shaders, set_area, spirv};
-use crate::host::{FrameInput, Receivers, SceneBuffers};
+use crate::host::{FrameInput, HostImage, ImageUse, ReceiverImages, SceneBuffers};
 use ash::vk;
 use std::sync::Arc;
 
@@ -96,16 +96,34 @@ impl DepthPrepass {
     }
 
     /// Depth and normals, as [`crate::Engine::new`] takes them.
-    pub fn receivers(&self) -> Receivers {
-        Receivers { depth: self.depth.view, normal: self.normal.view, size: self.size }
+    pub fn images(&self) -> ReceiverImages {
+        let read = |image: &Image, format| HostImage {
+            image: image.raw,
+            view: image.view,
+            format,
+            samples: vk::SampleCountFlags::TYPE_1,
+            layer: 0,
+            used: ImageUse::SAMPLED,
+        };
+        let normal = Some(read(&self.normal, vk::Format::R32_UINT));
+        ReceiverImages { depth: read(&self.depth, vk::Format::D32_SFLOAT), normal }
     }
 
-    /// Draws the scene; leaves depth, normal and albedo readable by compute shaders.
+    /// Width and height in pixels.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// Draws the scene; leaves depth, normal and albedo readable by compute shaders. The projection must have reversed
+    /// depth.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] for a camera that [`crate::Engine::record`] refuses.
     ///
     /// # Safety
     /// `cmd` must be recording outside of rendering; frames must run in the order they were recorded.
-    pub unsafe fn record(&self, cmd: vk::CommandBuffer, input: &FrameInput, draws: &[MeshDraw]) {
-        let constants = camera_constants(self.size, input);
+    pub unsafe fn record(&self, cmd: vk::CommandBuffer, input: &FrameInput, draws: &[MeshDraw]) -> Result<(), Error> {
+        let constants = camera_constants(self.size, input)?;
         use Access::*;
         let device = &self.gpu.device;
         self.gpu.begin_label(cmd, "depth_prepass");
@@ -151,5 +169,6 @@ impl DepthPrepass {
         sync::image(device, cmd, &self.normal, ColorAttachment, ComputeRead);
         sync::image(device, cmd, &self.albedo, ColorAttachment, ComputeRead);
         self.gpu.end_label(cmd);
+        Ok(())
     }
 }

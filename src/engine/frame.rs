@@ -9,12 +9,25 @@ use ash::vk;
 /// Most bytes that one command writes into a buffer.
 const UPDATE: usize = 65536;
 
-/// What the CPU knows of a frame.
+/// What the CPU knows of a frame; its lists are kept from frame to frame and never grow.
+#[derive(Default)]
 pub(super) struct FrameData {
     /// For each view.
     pub(super) constants: Vec<Frame>,
+    /// For each view, which of its images.
+    pub(super) images: Vec<usize>,
     /// For each slot of each view.
     pub(super) lights: Vec<LightRecord>,
+}
+
+impl FrameData {
+    pub(super) fn with_room(views: usize, lights: usize) -> Self {
+        Self {
+            constants: Vec::with_capacity(views),
+            images: Vec::with_capacity(views),
+            lights: Vec::with_capacity(views * lights),
+        }
+    }
 }
 
 impl Engine {
@@ -90,14 +103,18 @@ impl Engine {
             &[(TransferWrite, ComputeWrite), (TransferWrite, ComputeRead), (TransferWrite, GraphicsRead)],
         );
         for view in &self.views {
-            sync::discard(device, cmd, &view.buffers.receiver, ComputeRead, StorageImage);
-            sync::discard(device, cmd, &view.buffers.mask, TransferRead, StorageImage);
+            view.buffers.receivers.record_discard(device, cmd);
+            sync::mask(device, cmd, &view.buffers.mask, &view.mask_use, false);
         }
         stage("reset");
 
-        for view in &self.views {
-            view.gradient.record(cmd, view.size);
-            sync::image(device, cmd, &view.buffers.receiver, StorageImage, ComputeRead);
+        for (view, &images) in self.views.iter().zip(&data.images) {
+            let (images, gradient) = &view.gradients[images];
+            let seen = || [Some(images.depth), images.normal].into_iter().flatten();
+            seen().for_each(|image| sync::host_image(device, cmd, &image, true));
+            gradient.record(cmd, view.size);
+            seen().for_each(|image| sync::host_image(device, cmd, &image, false));
+            view.buffers.receivers.record_written(device, cmd);
         }
         stage("gradient");
 
@@ -214,10 +231,11 @@ impl Engine {
             stage("exact");
         }
         for view in &self.views {
-            sync::image(device, cmd, &view.buffers.mask, StorageImage, TransferRead);
+            sync::mask(device, cmd, &view.buffers.mask, &view.mask_use, true);
         }
 
-        let copy = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: size_of::<Counters>() as u64 }];
+        let size = size_of::<Counters>() as u64;
+        let copy = [vk::BufferCopy { src_offset: 0, dst_offset: self.readback_offset(self.recorded), size }];
         sync::barrier(device, cmd, &[(HostRead, TransferWrite), (TransferWrite, TransferWrite)]);
         // SAFETY: both buffers hold the counters
         unsafe { device.cmd_copy_buffer(cmd, b.counters.raw, b.readback.raw, &copy) };

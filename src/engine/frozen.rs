@@ -1,7 +1,7 @@
 //! A frame that only looks at the pages of the frame before: nothing is requested, chosen or drawn. For debugging.
 
 use super::Engine;
-use super::constants::{self, History};
+use super::constants::History;
 use crate::gpu::Timer;
 use crate::gpu::structs::{Counters, light_kind};
 use crate::gpu::sync::{self, Access::*};
@@ -31,12 +31,21 @@ impl Engine {
             return Err(Error::Limit { field: "frames", given: "0".into(), limit: "1 or more".into() });
         }
         let last = History { flags: 0, ..self.history };
-        let lights = self.lights.records(&self.config, &self.scene, input, &last)?;
+        let mut data = FrameData::default();
+        self.fill(&mut data, std::slice::from_ref(input), &last)?;
+        let first = data.lights.first().copied().unwrap_or(Zeroable::zeroed());
+        let used = data.lights.len() as u32;
+        for constants in &mut data.constants {
+            constants.lights = [used, u32::from(self.lights.any_local()), 0, 0];
+            constants.sun = first;
+        }
+        let sun = used == 1 && first.kind[0] == light_kind::DIRECTIONAL;
         let view = &self.views[0];
-        let mut constants = constants::constants(&self.config, view.size, &self.scene, input, &last);
-        constants.lights = [lights.len() as u32, u32::from(self.lights.any_local()), 0, 0];
-        constants.sun = lights.first().copied().unwrap_or(Zeroable::zeroed());
-        let sun = constants.lights[0] == 1 && constants.sun.kind[0] == light_kind::DIRECTIONAL;
+        let (images, gradient) = view.gradients.get(input.images).ok_or_else(|| Error::Limit {
+            field: "images of a view",
+            given: input.images.to_string(),
+            limit: format!("0 to {}, as the view was made", view.gradients.len() - 1),
+        })?;
         let (device, b) = (&self.gpu.device, &self.buffers);
 
         sync::barrier(
@@ -45,7 +54,7 @@ impl Engine {
             &[(ComputeWrite, TransferWrite), (GraphicsRead, TransferWrite), (TransferRead, TransferWrite)],
         );
         let requests = offset_of!(Counters, requests) as u64;
-        self.upload(cmd, &FrameData { constants: vec![constants], lights });
+        self.upload(cmd, &data);
         // SAFETY: the command buffer is recording; both buffers hold the word
         unsafe {
             device.cmd_fill_buffer(cmd, b.counters.raw, requests, 4, FULL);
@@ -54,10 +63,13 @@ impl Engine {
             }
         }
         sync::barrier(device, cmd, &[(TransferWrite, ComputeWrite), (TransferWrite, ComputeRead)]);
-        sync::discard(device, cmd, &view.buffers.receiver, ComputeRead, StorageImage);
-        sync::discard(device, cmd, &view.buffers.mask, TransferRead, StorageImage);
-        view.gradient.record(cmd, view.size);
-        sync::image(device, cmd, &view.buffers.receiver, StorageImage, ComputeRead);
+        view.buffers.receivers.record_discard(device, cmd);
+        sync::mask(device, cmd, &view.buffers.mask, &view.mask_use, false);
+        let seen = || [Some(images.depth), images.normal].into_iter().flatten();
+        seen().for_each(|image| sync::host_image(device, cmd, &image, true));
+        gradient.record(cmd, view.size);
+        seen().for_each(|image| sync::host_image(device, cmd, &image, false));
+        view.buffers.receivers.record_written(device, cmd);
         timer.mark(cmd, "gradient");
         // the structure is relative to the eye
         if let Some(query) = view.exact.as_ref().and_then(|exact| exact.query.as_ref()) {
@@ -80,7 +92,7 @@ impl Engine {
             exact.record(cmd);
             timer.mark(cmd, "exact");
         }
-        sync::image(device, cmd, &view.buffers.mask, StorageImage, TransferRead);
+        sync::mask(device, cmd, &view.buffers.mask, &view.mask_use, true);
         Ok(())
     }
 }

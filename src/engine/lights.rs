@@ -103,14 +103,15 @@ impl Lights {
         self.entries.iter().any(|e| matches!(e.light, Some(Light::Spot { .. } | Light::Point { .. })))
     }
 
-    /// One record for each slot in use, for one view.
+    /// Adds one record for each slot in use, for one view.
     pub(crate) fn records(
         &self,
         config: &Config,
         scene: &SceneBuffers,
         input: &FrameInput,
         history: &History,
-    ) -> Result<Vec<LightRecord>, Error> {
+        list: &mut Vec<LightRecord>,
+    ) -> Result<(), Error> {
         let bias = config.level_bias + history.bias;
         let record = |entry: &Entry| {
             let Some(light) = &entry.light else { return Ok(LightRecord::zeroed()) };
@@ -118,7 +119,10 @@ impl Lights {
             record.kind[2] = entry.revision;
             Ok(record)
         };
-        self.entries[..self.used() as usize].iter().map(record).collect()
+        for entry in &self.entries[..self.used() as usize] {
+            list.push(record(entry)?);
+        }
+        Ok(())
     }
 
     /// Takes note of the axes of a frame and marks the directional lights that turned since the last; whether any did.

@@ -1,5 +1,5 @@
 //! The full-screen mask: visibility towards every light.
-//! Reads: depth, receiver planes, lights of each tile, page table, atlas, depth ranges. Writes: mask, and with exact
+//! Reads: receivers, lights of each tile, page table, atlas, depth ranges. Writes: mask, and with exact
 //! edges the rays of what the map cannot decide. At their capacity the map decides.
 
 use super::buffers::Buffers;
@@ -9,7 +9,6 @@ use crate::config::BEND;
 #[cfg(feature = "lab")]
 use crate::gpu::Image;
 use crate::gpu::{Binding, Compute, Gpu, spirv};
-use crate::host::Receivers;
 use crate::{Config, Error};
 use ash::vk;
 use std::sync::Arc;
@@ -23,10 +22,9 @@ impl Lookup {
         config: &Config,
         b: &Buffers,
         (number, view): (usize, &ViewBuffers),
-        receivers: &Receivers,
         exact: Option<&Exact>,
     ) -> Result<Self, Error> {
-        let common = Self::common(b, number, view, receivers);
+        let common = Self::common(b, number, view);
         let (tile_lights, ranges) = (Binding::Storage(&view.tile_lights), Binding::Storage(&b.ranges));
         let bindings = [&common[..6], &[Binding::StorageImage(&view.mask), common[6], tile_lights, ranges]].concat();
         // without rays these are not touched, but every binding must be filled
@@ -52,10 +50,9 @@ impl Lookup {
         config: &Config,
         b: &Buffers,
         (number, view): (usize, &ViewBuffers),
-        receivers: &Receivers,
         target: &Image,
     ) -> Result<Compute, Error> {
-        let common = Self::common(b, number, view, receivers);
+        let common = Self::common(b, number, view);
         let bindings = [&common[..6], &[Binding::StorageImage(target), common[6]]].concat();
         let constants = [config.table_size(), config.gutter];
         let words = spirv!("engine/lookup_entries.comp");
@@ -63,11 +60,11 @@ impl Lookup {
     }
 
     /// What every lookup reads; the last are the lights.
-    fn common<'a>(b: &'a Buffers, number: usize, view: &'a ViewBuffers, receivers: &Receivers) -> [Binding<'a>; 7] {
+    fn common<'a>(b: &'a Buffers, number: usize, view: &'a ViewBuffers) -> [Binding<'a>; 7] {
         [
             b.frame(number),
-            Binding::SampledView(receivers.depth),
-            Binding::Sampled(&view.receiver),
+            Binding::Sampled(&view.receivers.depth),
+            Binding::Sampled(&view.receivers.planes),
             Binding::Storage(&b.table_keys),
             Binding::Storage(&b.entries),
             Binding::Sampled(&b.atlas),

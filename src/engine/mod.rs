@@ -27,7 +27,7 @@ pub(crate) mod view;
 pub use depth_prepass::{DepthPrepass, MeshDraw};
 pub use lights::LightId;
 
-use crate::config::{RequestRoute, check_size};
+use crate::config::RequestRoute;
 use crate::gpu::structs::{Counters, frame_flags};
 use crate::gpu::{Gpu, HostDevice, Timer};
 use crate::host::{FrameInput, Receivers, SceneBuffers};
@@ -61,9 +61,16 @@ pub struct Engine {
     tiles: tiles::Tiles,
     steering: steer::Steering,
     history: History,
+    data: FrameData,
+    /// Frames so far.
+    recorded: u64,
     scene: SceneBuffers,
     gpu: Arc<Gpu>,
 }
+
+/// A recorded frame of an engine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct FrameId(u64);
 
 impl Engine {
     /// Makes everything the engine needs; nothing is allocated afterwards. `views`: what each view of a frame sees;
@@ -79,7 +86,7 @@ impl Engine {
         host: &HostDevice,
         config: &Config,
         scene: &SceneBuffers,
-        views: &[Receivers],
+        views: &[Receivers<'_>],
     ) -> Result<Self, Error> {
         // SAFETY: the caller vouches for the handles
         let gpu = unsafe { Gpu::new(host)? };
@@ -90,7 +97,7 @@ impl Engine {
         gpu: &Arc<Gpu>,
         config: &Config,
         scene: &SceneBuffers,
-        views: &[Receivers],
+        views: &[Receivers<'_>],
     ) -> Result<Self, Error> {
         config.check(gpu.limits.max_image_array_layers.min(gpu.limits.max_framebuffer_layers).min(MAX_LAYERS))?;
         if !(1..=MAX_VIEWS).contains(&views.len()) {
@@ -116,15 +123,15 @@ impl Engine {
                 limit: format!("at most {most}, the draws of one command on this device"),
             });
         }
-        views.iter().try_for_each(|view| check_size("size of a view", view.size, config.size))?;
-        let pixels = views.iter().map(|view| u64::from(view.size[0]) * u64::from(view.size[1])).sum();
+        // what does not depend on the size that views have now
+        let pixels = views.len() as u64 * u64::from(config.size[0]) * u64::from(config.size[1]);
         let b = Buffers::new(gpu, config, scene, views.len() as u32)?;
         let sort = match config.route {
             RequestRoute::Flags => None,
             RequestRoute::Sort => {
                 // room for each key that a workgroup's 64 pixels may ask for
-                let groups = views.iter().map(|v| u64::from(v.size[0].div_ceil(8)) * u64::from(v.size[1].div_ceil(8)));
-                let capacity = 64 * groups.sum::<u64>() * (1 + u64::from(config.level_blend));
+                let [x, y] = config.size.map(|side| u64::from(side.div_ceil(8)));
+                let capacity = 64 * views.len() as u64 * x * y * (1 + u64::from(config.level_blend));
                 let capacity = u32::try_from(capacity).map_err(|_| Error::Limit {
                     field: "route",
                     given: format!("sort of {capacity} requests"),
@@ -136,9 +143,8 @@ impl Engine {
         let compact = sort.as_ref().map(|sort| compact::Compact::new(gpu, &b, sort)).transpose()?;
         let tree = config.exact && !query::chosen(gpu, config, scene);
         let bvh = tree.then(|| bvh::Bvh::new(gpu, scene)).transpose()?;
-        let view = |numbered| View::new(gpu, config, scene, &b, sort.as_ref(), numbered, bvh.as_ref());
         Ok(Self {
-            views: views.iter().enumerate().map(view).collect::<Result<_, _>>()?,
+            views: View::all(gpu, config, scene, &b, sort.as_ref(), bvh.as_ref(), views)?,
             lights: Lights::new(config.lights),
             cache: cache::Cache::new(gpu, config, &b, scene, bvh.as_ref().map(|bvh| &bvh.changes))?,
             allocate: allocate::Allocate::new(gpu, config, pixels, &b, compact.as_ref())?,
@@ -150,6 +156,8 @@ impl Engine {
             buffers: b,
             steering: steer::Steering::new(config),
             history: History::default(),
+            data: FrameData::with_room(views.len(), config.lights as usize),
+            recorded: 0,
             config: config.clone(),
             scene: *scene,
             gpu: gpu.clone(),
@@ -188,18 +196,44 @@ impl Engine {
         self.lights.forget();
     }
 
-    /// Records one frame into `cmd`: requests, allocation, tiles, lookup; one input for each view. The masks are left in
-    /// `TRANSFER_SRC_OPTIMAL`.
+    /// Records one frame into `cmd`: requests, allocation, tiles, lookup; one input for each view. Allocates nothing. The
+    /// commands take the receivers' images from their last use and the masks to theirs, by barriers as
+    /// [`Receivers`] says.
     ///
     /// # Errors
-    /// [`Error::Limit`] for another number of inputs than there are views.
+    /// [`Error::Limit`] for another number of inputs than there are views, for images that a view does not have and for
+    /// cameras that [`FrameInput`] does not allow; then nothing was recorded.
     ///
     /// # Safety
-    /// `cmd` must be recording outside of rendering; the receivers' images must be readable by compute shaders; every
-    /// recorded frame of an engine must run, once, in the order of recording (else call [`Engine::forget`]). A host that
-    /// samples the mask orders that before the next frame's commands.
-    pub unsafe fn record(&mut self, cmd: vk::CommandBuffer, inputs: &[FrameInput]) -> Result<(), Error> {
+    /// `cmd` must be recording outside of rendering, on a queue with graphics and compute; every recorded frame of an engine
+    /// must run, once, in the order of recording and on one queue (else call [`Engine::forget`]). Any number of frames may
+    /// be in flight. What the host changes in its buffers is ordered before the commands and after those of the frame before.
+    pub unsafe fn record(&mut self, cmd: vk::CommandBuffer, inputs: &[FrameInput]) -> Result<FrameId, Error> {
         self.record_timed(cmd, inputs, None)
+    }
+
+    /// Makes the views anew, as many as there were, for other sizes or other images; pages and lights stay. After an error
+    /// the engine is as it was.
+    ///
+    /// # Errors
+    /// As [`Engine::new`]; [`Error::Limit`] for another number of views.
+    ///
+    /// # Safety
+    /// As [`Engine::new`]; no recorded frame may still be running or waiting to run.
+    pub unsafe fn resize(&mut self, views: &[Receivers<'_>]) -> Result<(), Error> {
+        self.check_views(views.len())?;
+        let (bvh, sort) = (self.bvh.as_ref(), self.sort.as_ref());
+        self.views = View::all(&self.gpu, &self.config, &self.scene, &self.buffers, sort, bvh, views)?;
+        Ok(())
+    }
+
+    fn check_views(&self, given: usize) -> Result<(), Error> {
+        let views = self.views.len();
+        if given == views {
+            return Ok(());
+        }
+        let limit = format!("{views}, as the engine was made");
+        Err(Error::Limit { field: "views", given: given.to_string(), limit })
     }
 
     pub(crate) fn record_timed(
@@ -207,11 +241,14 @@ impl Engine {
         cmd: vk::CommandBuffer,
         inputs: &[FrameInput],
         timer: Option<&mut Timer>,
-    ) -> Result<(), Error> {
-        let views = self.views.len();
-        if inputs.len() != views {
-            let given = format!("inputs for {}", inputs.len());
-            return Err(Error::Limit { field: "views", given, limit: format!("{views}, as the engine was made") });
+    ) -> Result<FrameId, Error> {
+        self.check_views(inputs.len())?;
+        for (input, view) in inputs.iter().zip(&self.views) {
+            let count = view.gradients.len();
+            if input.images >= count {
+                let (given, limit) = (input.images.to_string(), format!("0 to {}, as the view was made", count - 1));
+                return Err(Error::Limit { field: "images of a view", given, limit });
+            }
         }
         let first = self.history.frame == 0;
         let mut forget = 0;
@@ -227,37 +264,70 @@ impl Engine {
             bias: self.steering.bias(),
             page_cost: self.steering.page_cost(),
         };
-        let records = |input| self.lights.records(&self.config, &self.scene, input, &next);
-        let mut lights = inputs.iter().map(records).collect::<Result<Vec<_>, _>>()?;
-        if self.lights.turned(&mut lights[0]) {
-            next.flags |= frame_flags::LIGHT_MOVED;
+        let (used, local) = (self.lights.used(), u32::from(self.lights.any_local()));
+        let mut data = std::mem::take(&mut self.data);
+        let filled = self.fill(&mut data, inputs, &next);
+        if filled.is_ok() {
+            if self.lights.turned(&mut data.lights[..used as usize]) {
+                next.flags |= frame_flags::LIGHT_MOVED;
+            }
+            for (view, constants) in (0..).zip(&mut data.constants) {
+                constants.cache[0] = next.flags;
+                constants.size[3] = view * used;
+                constants.lights = [used, local, 0, 0];
+                constants.sun = data.lights.get((view * used) as usize).copied().unwrap_or(Zeroable::zeroed());
+            }
+            self.history = next;
+            self.recorded += 1;
+            self.record_timeline(cmd, &data, timer);
         }
-        let (used, local) = (lights[0].len() as u32, u32::from(self.lights.any_local()));
-        let constants = (0..).zip(inputs).map(|(view, input)| {
-            let size = self.views[view as usize].size;
-            let mut constants = constants::constants(&self.config, size, &self.scene, input, &next);
-            constants.size[3] = view * used;
-            constants.lights = [used, local, 0, 0];
-            constants.sun = lights[view as usize].first().copied().unwrap_or(Zeroable::zeroed());
-            constants
-        });
-        let data = FrameData { constants: constants.collect(), lights: lights.concat() };
-        self.history = next;
-        self.record_timeline(cmd, &data, timer);
+        self.data = data;
+        filled.map(|()| FrameId(self.recorded))
+    }
+
+    /// What depends on the inputs alone.
+    fn fill(&self, data: &mut FrameData, inputs: &[FrameInput], next: &History) -> Result<(), Error> {
+        data.constants.clear();
+        data.images.clear();
+        data.lights.clear();
+        for (input, view) in inputs.iter().zip(&self.views) {
+            data.constants.push(constants::constants(&self.config, view.size, &self.scene, input, next)?);
+            data.images.push(input.images);
+            self.lights.records(&self.config, &self.scene, input, next, &mut data.lights)?;
+        }
         Ok(())
     }
 
-    /// Tells how long the GPU took for a frame, in milliseconds, from which the engine steers its work towards
-    /// [`Config::target_ms`]; without a target nothing happens. `tiles_ms`: the part of it spent in culling and tiles, 0
-    /// where that is not known. Call it once a frame, in order, with times of finished frames only.
-    pub fn steer(&mut self, gpu_ms: f64, tiles_ms: f64) {
-        let counters = self.counters();
-        self.steering.measured(gpu_ms, tiles_ms, &counters);
+    /// Tells how long the GPU took for a finished frame, in milliseconds, from which the engine steers its work towards
+    /// [`Config::target_ms`]; without a target, and for a frame that [`Engine::counters`] does not know, nothing happens.
+    /// `tiles_ms`: the part of it spent in culling and tiles, 0 where that is not known. Call it once a frame, in order.
+    pub fn steer(&mut self, frame: FrameId, gpu_ms: f64, tiles_ms: f64) {
+        if let Some(counters) = self.counters(frame) {
+            self.steering.measured(gpu_ms, tiles_ms, &counters);
+        }
     }
 
-    /// Counters of the last frame that the caller has waited for; with several frames in flight, of a later one perhaps.
-    pub fn counters(&self) -> Counters {
-        bytemuck::pod_read_unaligned(&self.buffers.readback.bytes()[..size_of::<Counters>()])
+    /// Counters of a frame that the caller has waited for; `None` when [`Config::frames_in_flight`] later ones were recorded.
+    pub fn counters(&self, frame: FrameId) -> Option<Counters> {
+        let FrameId(number) = frame;
+        let kept = number > 0 && number <= self.recorded && self.recorded - number < self.frames_in_flight();
+        let from = self.readback_offset(number) as usize;
+        kept.then(|| bytemuck::pod_read_unaligned(&self.buffers.readback.bytes()[from..][..size_of::<Counters>()]))
+    }
+
+    /// Counters of the last recorded frame, all zero before the first.
+    #[cfg(feature = "lab")]
+    pub(crate) fn last_counters(&self) -> Counters {
+        self.counters(FrameId(self.recorded)).unwrap_or_else(Counters::zeroed)
+    }
+
+    fn frames_in_flight(&self) -> u64 {
+        u64::from(self.config.frames_in_flight)
+    }
+
+    /// Where the counters of a frame are copied to.
+    fn readback_offset(&self, number: u64) -> u64 {
+        number % self.frames_in_flight() * size_of::<Counters>() as u64
     }
 
     /// Device memory by purpose, in bytes.

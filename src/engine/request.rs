@@ -1,5 +1,5 @@
 //! Marks which pages the visible pixels need, at the finest level they may ask for.
-//! Reads: depth, receiver planes, lights. Writes: page table (flags route) or keys with pixel counts (sort route), and the
+//! Reads: receivers, lights. Writes: page table (flags route) or keys with pixel counts (sort route), and the
 //! lights that reach each tile of 8x8 pixels.
 //! At capacity: keeps counting; a coarser attempt follows, the last of which asks for root pages only.
 
@@ -10,7 +10,6 @@ use super::view::ViewBuffers;
 use crate::config::RequestRoute;
 use crate::gpu::structs::{RequestPush, RetryPush};
 use crate::gpu::{Binding, Compute, Gpu, spirv};
-use crate::host::Receivers;
 use crate::{Config, Error};
 use ash::vk;
 use std::sync::Arc;
@@ -32,7 +31,7 @@ impl Request {
         b: &Buffers,
         (number, view): (usize, &ViewBuffers),
         sort: Option<&Sort>,
-        receivers: &Receivers,
+        size: [u32; 2],
     ) -> Result<Self, Error> {
         let flags = config.route == RequestRoute::Flags;
         let capacity = sort.map_or(config.request_capacity(), |sort| sort.capacity);
@@ -41,8 +40,8 @@ impl Request {
         let constants = [config.table_size(), u32::from(flags), capacity];
         let bindings = [
             b.frame(number),
-            Binding::SampledView(receivers.depth),
-            Binding::Sampled(&view.receiver),
+            Binding::Sampled(&view.receivers.depth),
+            Binding::Sampled(&view.receivers.planes),
             Binding::Storage(&b.counters),
             Binding::Storage(&b.table_keys),
             Binding::Storage(&b.nodes),
@@ -73,7 +72,7 @@ impl Request {
                 &constants,
                 size_of::<RetryPush>(),
             )?,
-            groups: receivers.size.map(|side| side.div_ceil(8)),
+            groups: size.map(|side| side.div_ceil(8)),
         })
     }
 

@@ -3,12 +3,12 @@
 use super::buffers::Buffers;
 use super::bvh::Bvh;
 use super::exact::{self, Exact};
-use super::gradient::Gradient;
+use super::gradient::{self, Gradient};
 use super::lookup::Lookup;
 use super::request::Request;
 use super::sort::Sort;
-use crate::gpu::{Binding, Buffer, Gpu, Image, ImageSpec};
-use crate::host::{Receivers, SceneBuffers};
+use crate::gpu::{Buffer, Gpu, Image, ImageSpec};
+use crate::host::{ImageUse, ReceiverImages, Receivers, SceneBuffers};
 use crate::{Config, Error};
 use ash::vk;
 use std::sync::Arc;
@@ -19,7 +19,7 @@ const LEAST_RAYS: u32 = 16384;
 
 /// What the passes of a view read and write.
 pub(crate) struct ViewBuffers {
-    pub(crate) receiver: Image,
+    pub(crate) receivers: gradient::Receivers,
     pub(crate) tile_lights: Buffer,
     pub(crate) mask: Image,
 }
@@ -29,44 +29,63 @@ impl ViewBuffers {
         use vk::ImageUsageFlags as I;
         let tiles = u64::from(width.div_ceil(8)) * u64::from(height.div_ceil(8));
         let words = u64::from(config.lights.div_ceil(32));
-        let screen =
-            |name, format, layers, usage| Image::new(gpu, name, &ImageSpec { format, width, height, layers, usage });
         Ok(Self {
-            receiver: screen("receiver planes", vk::Format::R32G32B32A32_UINT, 0, I::STORAGE | I::SAMPLED)?,
+            receivers: gradient::Receivers::new(gpu, [width, height])?,
             tile_lights: Buffer::storage(gpu, "lights of tiles", 4 * tiles * words, vk::BufferUsageFlags::empty())?,
-            mask: screen(
+            mask: Image::new(
+                gpu,
                 "mask",
-                vk::Format::R32_UINT,
-                config.mask_layers(),
-                I::STORAGE | I::SAMPLED | I::TRANSFER_SRC,
+                &ImageSpec {
+                    format: vk::Format::R32_UINT,
+                    width,
+                    height,
+                    layers: config.mask_layers(),
+                    usage: I::STORAGE | I::SAMPLED | I::TRANSFER_SRC,
+                },
             )?,
         })
     }
 
     pub(crate) fn bytes(&self) -> u64 {
-        self.receiver.bytes + self.tile_lights.size + self.mask.bytes
+        self.receivers.bytes() + self.tile_lights.size + self.mask.bytes
     }
 }
 
 /// A view and its passes.
 pub(crate) struct View {
     pub(crate) size: [u32; 2],
+    pub(crate) mask_use: ImageUse,
     pub(crate) buffers: ViewBuffers,
-    pub(crate) gradient: Gradient,
+    /// One for each of the images that frames may come with.
+    pub(crate) gradients: Vec<(ReceiverImages, Gradient)>,
     pub(crate) request: Request,
     pub(crate) lookup: Lookup,
     pub(crate) exact: Option<Exact>,
 }
 
 impl View {
-    /// View `number`, which sees `receivers`.
-    pub(crate) fn new(
+    /// The views of an engine.
+    pub(crate) fn all(
         gpu: &Arc<Gpu>,
         config: &Config,
         scene: &SceneBuffers,
         b: &Buffers,
         sort: Option<&Sort>,
-        (number, receivers): (usize, &Receivers),
+        bvh: Option<&Bvh>,
+        views: &[Receivers<'_>],
+    ) -> Result<Vec<Self>, Error> {
+        views.iter().try_for_each(|view| view.check(config.size))?;
+        views.iter().enumerate().map(|view| Self::new(gpu, config, scene, b, sort, view, bvh)).collect()
+    }
+
+    /// View `number`, which sees `receivers`.
+    fn new(
+        gpu: &Arc<Gpu>,
+        config: &Config,
+        scene: &SceneBuffers,
+        b: &Buffers,
+        sort: Option<&Sort>,
+        (number, receivers): (usize, &Receivers<'_>),
         bvh: Option<&Bvh>,
     ) -> Result<Self, Error> {
         let size = receivers.size;
@@ -77,11 +96,13 @@ impl View {
         let rays = rays.min(gpu.limits.max_storage_buffer_range / exact::RAY_BYTES);
         let exact = || Exact::new(gpu, config, scene, bvh, rays, frame, Some(&buffers.mask));
         let exact = config.exact.then(exact).transpose()?;
+        let gradient = |images: &ReceiverImages| Ok((*images, Gradient::new(gpu, frame, images, &buffers.receivers)?));
         Ok(Self {
             size,
-            gradient: Gradient::new(gpu, frame, receivers, Binding::StorageImage(&buffers.receiver))?,
-            request: Request::new(gpu, config, b, (number, &buffers), sort, receivers)?,
-            lookup: Lookup::new(gpu, config, b, (number, &buffers), receivers, exact.as_ref())?,
+            mask_use: receivers.mask,
+            gradients: receivers.images.iter().map(gradient).collect::<Result<_, Error>>()?,
+            request: Request::new(gpu, config, b, (number, &buffers), sort, size)?,
+            lookup: Lookup::new(gpu, config, b, (number, &buffers), exact.as_ref())?,
             exact,
             buffers,
         })

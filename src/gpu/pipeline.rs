@@ -16,8 +16,8 @@ pub(crate) enum Binding<'a> {
     StorageImage(&'a Image),
     /// Sampled by `texelFetch`; the sampler is a nearest one.
     Sampled(&'a Image),
-    /// The same for an image that somebody else owns.
-    SampledView(vk::ImageView),
+    /// The same for an image that somebody else owns, in its layout.
+    SampledView(vk::ImageView, vk::ImageLayout),
     /// What ray queries go through.
     Structure(&'a Structure),
 }
@@ -28,7 +28,7 @@ impl Binding<'_> {
             Binding::Uniform(_) => vk::DescriptorType::UNIFORM_BUFFER,
             Binding::Storage(_) | Binding::External(_) => vk::DescriptorType::STORAGE_BUFFER,
             Binding::StorageImage(_) => vk::DescriptorType::STORAGE_IMAGE,
-            Binding::Sampled(_) | Binding::SampledView(_) => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
+            Binding::Sampled(_) | Binding::SampledView(..) => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
             Binding::Structure(_) => vk::DescriptorType::ACCELERATION_STRUCTURE_KHR,
         }
     }
@@ -113,7 +113,7 @@ impl Layout {
                 Binding::External(raw) => (whole(*raw), None),
                 Binding::StorageImage(image) => (Default::default(), Some((image.view, vk::ImageLayout::GENERAL))),
                 Binding::Sampled(image) => (Default::default(), Some((image.view, sync::SAMPLED))),
-                Binding::SampledView(view) => (Default::default(), Some((*view, sync::SAMPLED))),
+                Binding::SampledView(view, layout) => (Default::default(), Some((*view, *layout))),
                 Binding::Structure(_) => (Default::default(), None),
             };
             let structures = match binding {

@@ -1,6 +1,7 @@
 //! The only file that names pipeline stages and access masks: barriers are pairs of named accesses.
 
 use super::Image;
+use crate::host::{HostImage, ImageUse};
 use ash::vk;
 use vk::{AccessFlags2 as A, ImageLayout as L, PipelineStageFlags2 as S};
 
@@ -155,6 +156,63 @@ fn transition(
     // SAFETY: the command buffer is recording outside of rendering
     unsafe { device.cmd_pipeline_barrier2(cmd, &vk::DependencyInfo::default().image_memory_barriers(&barrier)) };
 }
+
+/// Makes an image of the host readable by compute shaders (`begin`), or gives it back.
+pub(crate) fn host_image(device: &ash::Device, cmd: vk::CommandBuffer, image: &HostImage, begin: bool) {
+    let (stage, access) = Access::ComputeRead.scope();
+    let (host, own) =
+        ((image.used.stage, image.used.access, image.used.layout), (stage, access, image.sampled_layout()));
+    let (before, after) = if begin { (host, own) } else { (own, host) };
+    let barrier = [vk::ImageMemoryBarrier2::default()
+        .src_stage_mask(before.0)
+        .src_access_mask(before.1 & WRITES)
+        .dst_stage_mask(after.0)
+        .dst_access_mask(after.1)
+        .old_layout(before.2)
+        .new_layout(after.2)
+        .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .image(image.image)
+        .subresource_range(vk::ImageSubresourceRange {
+            aspect_mask: image.aspect(),
+            base_mip_level: 0,
+            level_count: 1,
+            base_array_layer: image.layer,
+            layer_count: 1,
+        })];
+    // SAFETY: the command buffer is recording outside of rendering
+    unsafe { device.cmd_pipeline_barrier2(cmd, &vk::DependencyInfo::default().image_memory_barriers(&barrier)) };
+}
+
+/// What the engine wrote as a storage image goes over to the host (`end`), or comes back with nothing in it to keep.
+pub(crate) fn mask(device: &ash::Device, cmd: vk::CommandBuffer, image: &Image, used: &ImageUse, end: bool) {
+    let (stage, access) = Access::StorageImage.scope();
+    let barrier = vk::ImageMemoryBarrier2::default();
+    let barrier = if end {
+        let barrier = barrier.src_stage_mask(stage).src_access_mask(access).old_layout(L::GENERAL);
+        barrier.dst_stage_mask(used.stage).dst_access_mask(used.access).new_layout(used.layout)
+    } else {
+        let barrier = barrier.src_stage_mask(used.stage).src_access_mask(used.access & WRITES).old_layout(L::UNDEFINED);
+        barrier.dst_stage_mask(stage).dst_access_mask(access).new_layout(L::GENERAL)
+    };
+    let barrier = [barrier
+        .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .image(image.raw)
+        .subresource_range(image.range())];
+    // SAFETY: the command buffer is recording outside of rendering
+    unsafe { device.cmd_pipeline_barrier2(cmd, &vk::DependencyInfo::default().image_memory_barriers(&barrier)) };
+}
+
+/// Accesses of a host that change an image.
+const WRITES: A = A::from_raw(
+    A::SHADER_WRITE.as_raw()
+        | A::SHADER_STORAGE_WRITE.as_raw()
+        | A::COLOR_ATTACHMENT_WRITE.as_raw()
+        | A::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw()
+        | A::TRANSFER_WRITE.as_raw()
+        | A::MEMORY_WRITE.as_raw(),
+);
 
 /// Forgets what an image holds after its last use as `last` and readies it for `next`.
 pub(crate) fn discard(device: &ash::Device, cmd: vk::CommandBuffer, image: &Image, last: Access, next: Access) {

@@ -1,7 +1,6 @@
 //! The bench on which methods are compared: one device, one scene, one view, one depth prepass for all of them.
 
 pub(crate) mod device;
-mod meshlets;
 mod motion;
 mod shapes;
 #[doc(hidden)]
@@ -14,9 +13,10 @@ pub use device::{DeviceReport, devices};
 
 use crate::engine::constants::camera_constants;
 use crate::engine::depth_prepass::{DepthPrepass, MeshDraw};
+use crate::engine::{Engine, FrameId};
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Buffer, Gpu, Image, Memory, Timer, structs::Frame};
-use crate::host::{FrameInput, SceneBuffers};
+use crate::host::{FrameInput, ImageUse, Receivers, SceneBuffers};
 use crate::methods::FrameTimes;
 use crate::scene::{Motion, Scene};
 use crate::truth::{GBuffer, Reference, Tracer};
@@ -213,14 +213,14 @@ impl Lab {
         if let Some(gbuffer) = self.gbuffer.get() {
             return Ok(gbuffer.clone());
         }
-        self.submit(|cmd| self.record_prepass(cmd))?;
+        self.run_prepass()?;
         let words = |image: &Image| -> Result<Vec<u32>, LabError> {
             Ok(bytemuck::pod_collect_to_vec(&self.read_image(image, Access::ComputeRead, 4)?))
         };
         let (depth, normal, albedo) =
             (words(&self.prepass.depth)?, words(&self.prepass.normal)?, words(&self.prepass.albedo)?);
         let mut gbuffer =
-            decode_gbuffer(&self.camera_constants(), &self.frame_input(), self.view.size, &depth, &normal, albedo);
+            decode_gbuffer(&self.camera_constants()?, &self.frame_input(), self.view.size, &depth, &normal, albedo);
         crate::truth::snap(&mut gbuffer, &self.scene, || self.tracer());
         Ok(self.gbuffer.get_or_init(|| Rc::new(gbuffer)).clone())
     }
@@ -243,16 +243,23 @@ impl Lab {
 
     /// Camera and origin.
     pub(crate) fn frame_input(&self) -> FrameInput {
-        FrameInput { camera: self.view.camera, origin: self.scene.origin }
+        FrameInput::new(&self.view.camera, self.view.size, self.scene.origin)
     }
 
-    pub(crate) fn camera_constants(&self) -> Frame {
-        camera_constants(self.view.size, &self.frame_input())
+    pub(crate) fn camera_constants(&self) -> Result<Frame, LabError> {
+        Ok(camera_constants(self.view.size, &self.frame_input())?)
     }
 
-    fn record_prepass(&self, cmd: vk::CommandBuffer) {
+    fn record_prepass(&self, cmd: vk::CommandBuffer) -> Result<(), LabError> {
         // SAFETY: the lab records its command buffer outside of rendering and waits for each submission
-        unsafe { self.prepass.record(cmd, &self.frame_input(), &self.draws) };
+        Ok(unsafe { self.prepass.record(cmd, &self.frame_input(), &self.draws) }?)
+    }
+
+    /// Runs the prepass and waits.
+    pub(crate) fn run_prepass(&self) -> Result<(), LabError> {
+        let mut recorded = Ok(());
+        self.submit(|cmd| recorded = self.record_prepass(cmd))?;
+        recorded
     }
 
     /// Submits what `record` puts into a command buffer, waits, and returns the wall time in milliseconds.
@@ -264,14 +271,22 @@ impl Lab {
         Ok(start.elapsed().as_secs_f64() * 1e3)
     }
 
+    /// What the lab's camera saw, for an engine whose mask is copied.
+    pub(crate) fn with_receivers<T>(&self, then: impl FnOnce(Receivers<'_>) -> T) -> T {
+        let images = [self.prepass.images()];
+        then(Receivers { size: self.view.size, images: &images, mask: ImageUse::COPIED })
+    }
+
     /// Runs one frame: the prepass, then what `record` puts into a command buffer, with its stages timed.
     pub(crate) fn frame(&self, record: impl FnOnce(vk::CommandBuffer, &mut Timer)) -> Result<FrameTimes, LabError> {
         let mut timer = self.timer.borrow_mut();
+        let mut recorded = Ok(());
         self.submit(|cmd| {
             timer.begin(cmd);
-            self.record_prepass(cmd);
+            recorded = self.record_prepass(cmd);
             timer.mark(cmd, "depth_prepass");
         })?;
+        recorded?;
         let prepass_ms = timer.read()?.iter().map(|s| s.1).sum();
         let wall_ms = self.submit(|cmd| {
             timer.begin(cmd);
@@ -281,6 +296,14 @@ impl Lab {
         })?;
         let stages = timer.read()?;
         Ok(FrameTimes { prepass_ms, ms: stages.iter().map(|s| s.1).sum(), wall_ms, stages })
+    }
+
+    /// Runs one frame of an engine that sees what the lab's camera sees.
+    pub(crate) fn engine_frame(&self, engine: &mut Engine) -> Result<(FrameId, FrameTimes), LabError> {
+        let input = [self.frame_input()];
+        let mut recorded = Err(Error::Unsupported { what: "a frame that was not recorded".into() });
+        let times = self.frame(|cmd, timer| recorded = engine.record_timed(cmd, &input, Some(timer)))?;
+        Ok((recorded?, times))
     }
 
     /// Bytes of an image whose last access was `access`, `texel` bytes a texel, all layers one after the other.
@@ -355,21 +378,20 @@ fn decode_gbuffer(
     let mut g = GBuffer {
         width: size[0],
         height: size[1],
-        eye: input.camera.eye - input.origin,
+        eye: input.eye - input.origin,
         ray_steps: [dx, dy],
         position: vec![[0.0; 3]; count],
         normal: vec![[0.0; 3]; count],
         albedo,
         hit: vec![false; count],
     };
-    let (near, far) = (f64::from(frame.ray_corner[3]), f64::from(frame.ray_dx[3]));
     for i in 0..count {
         let stored = f64::from(f32::from_bits(depth[i]));
         if stored <= 0.0 {
             continue;
         }
         let pixel = (f64::from(i as u32 % size[0]) + 0.5, f64::from(i as u32 / size[0]) + 0.5);
-        let z = near * far / (near + stored * (far - near));
+        let z = f64::from(frame.ray_corner[3]) / (stored + f64::from(frame.ray_dx[3]));
         g.position[i] = ((corner + pixel.0 * dx + pixel.1 * dy) * z).as_vec3().to_array();
         g.normal[i] = decode_normal(normal[i]).to_array();
         g.hit[i] = true;

@@ -15,7 +15,7 @@ use crate::engine::{Engine, LightId};
 use crate::gpu::structs::{Counters, Frame, LightRecord, Node, Page, Slot, Tracked, light_kind};
 use crate::gpu::sync::{self, Access, Access::*};
 use crate::gpu::{Binding, Buffer, Compute, Image, ImageSpec, Memory, spirv};
-use crate::host::{FrameInput, Receivers};
+use crate::host::{FrameInput, HostImage, ImageUse, ReceiverImages, Receivers};
 use crate::twin::allocate::{Input, NONE};
 use crate::twin::compact::compact;
 use crate::twin::key::{from_words, words};
@@ -173,13 +173,22 @@ impl SortStage {
     }
 }
 
+/// What the gradient pass leaves of each pixel.
+pub struct Seen {
+    /// Depth along the view direction, 0 where there is no surface.
+    pub depth: Vec<f32>,
+    /// Packed planes.
+    pub planes: Vec<[u32; 4]>,
+}
+
 /// Gradient and request.
 pub struct ScreenStage {
     b: Buffers,
     view: ViewBuffers,
     depth: Image,
     normal: Image,
-    gradient: Gradient,
+    /// With and without normals.
+    gradients: [Gradient; 2],
     request: Request,
     sort: Sort,
     route: RequestRoute,
@@ -204,17 +213,25 @@ impl ScreenStage {
         let keys = if route == RequestRoute::Flags { capacity } else { 1024 };
         let config = Config { route, page_table_bytes: Config::table_bytes(keys), lights, mask_bits: 1, ..small(size) };
         let b = Buffers::new(&lab.gpu, &config, &lab.buffers, 1)?;
-        let mut view = ViewBuffers::new(&lab.gpu, &config, size)?;
-        view.receiver = image("receiver planes", vk::Format::R32G32B32A32_UINT, U::STORAGE | U::TRANSFER_SRC)?;
+        let view = ViewBuffers::new(&lab.gpu, &config, size)?;
         let depth = image("depth", vk::Format::D32_SFLOAT, U::empty())?;
         let normal = image("normal", vk::Format::R32_UINT, U::empty())?;
-        let receivers = Receivers { depth: depth.view, normal: normal.view, size };
+        let sampled = |image: &Image, format| HostImage {
+            image: image.raw,
+            view: image.view,
+            format,
+            samples: vk::SampleCountFlags::TYPE_1,
+            layer: 0,
+            used: ImageUse::SAMPLED,
+        };
+        let normals = Some(sampled(&normal, vk::Format::R32_UINT));
+        let images = ReceiverImages { depth: sampled(&depth, vk::Format::D32_SFLOAT), normal: normals };
         let sort = Sort::new(&lab.gpu, &b.counters, &b.arguments, capacity)?;
         let appends = (route == RequestRoute::Sort).then_some(&sort);
-        let (frame, planes) = (b.frame(0), Binding::StorageImage(&view.receiver));
+        let gradient = |images| Gradient::new(&lab.gpu, b.frame(0), images, &view.receivers);
         Ok(Self {
-            gradient: Gradient::new(&lab.gpu, frame, &receivers, planes)?,
-            request: Request::new(&lab.gpu, &config, &b, (0, &view), appends, &receivers)?,
+            gradients: [gradient(&images)?, gradient(&ReceiverImages { normal: None, ..images })?],
+            request: Request::new(&lab.gpu, &config, &b, (0, &view), appends, size)?,
             b,
             view,
             depth,
@@ -224,19 +241,26 @@ impl ScreenStage {
         })
     }
 
-    /// Receiver planes of the pixels.
-    pub fn gradient(&self, lab: &Lab, frame: &Frame, depth: &[f32], normal: &[u32]) -> Result<Vec<[u32; 4]>> {
+    /// Receivers of the pixels, given stored depths; normals from depths where none are given.
+    pub fn gradient(&self, lab: &Lab, frame: &Frame, depth: &[f32], normal: Option<&[u32]>) -> Result<Seen> {
         write(lab, &self.b.frames[0], std::slice::from_ref(frame))?;
         write_image(lab, &self.depth, depth)?;
-        write_image(lab, &self.normal, normal)?;
+        if let Some(normal) = normal {
+            write_image(lab, &self.normal, normal)?;
+        }
+        let receivers = &self.view.receivers;
         lab.submit(|cmd| {
-            sync::discard(&lab.gpu.device, cmd, &self.view.receiver, ComputeRead, StorageImage);
-            self.gradient.record(cmd, [frame.size[0], frame.size[1]]);
+            receivers.record_discard(&lab.gpu.device, cmd);
+            self.gradients[usize::from(normal.is_none())].record(cmd, [frame.size[0], frame.size[1]]);
+            receivers.record_written(&lab.gpu.device, cmd);
         })?;
-        Ok(bytemuck::pod_collect_to_vec(&lab.read_image(&self.view.receiver, StorageImage, 16)?))
+        Ok(Seen {
+            depth: bytemuck::pod_collect_to_vec(&lab.read_image(&receivers.depth, ComputeRead, 4)?),
+            planes: bytemuck::pod_collect_to_vec(&lab.read_image(&receivers.planes, ComputeRead, 16)?),
+        })
     }
 
-    /// All attempts of the request stage, as the engine records them.
+    /// All attempts of the request stage, as the engine records them, given depths along the view direction.
     pub fn request(
         &self,
         lab: &Lab,
@@ -248,8 +272,8 @@ impl ScreenStage {
         let b = &self.b;
         write(lab, &self.b.frames[0], std::slice::from_ref(frame))?;
         write(lab, &b.lights, lights)?;
-        write_image(lab, &self.depth, depth)?;
-        write_image(lab, &self.view.receiver, receiver)?;
+        write_image(lab, &self.view.receivers.depth, depth)?;
+        write_image(lab, &self.view.receivers.planes, receiver)?;
         clear(lab, &[&b.counters, &b.table_keys, &b.nodes])?;
         let sun = lights.len() == 1 && lights[0].kind[0] == light_kind::DIRECTIONAL;
         lab.submit(|cmd| {
@@ -404,14 +428,15 @@ pub struct EngineStage {
 impl EngineStage {
     /// An engine for the lab's scene, view and lights.
     pub fn new(lab: &Lab, config: &Config) -> Result<Self> {
-        let mut engine = Engine::on(&lab.gpu, config, &lab.buffers, &[lab.prepass.receivers()])?;
+        let mut engine = lab.with_receivers(|seen| Engine::on(&lab.gpu, config, &lab.buffers, &[seen]))?;
         let add = |light| engine.add_light(light);
         Ok(Self { lights: lab.view.lights.iter().map(add).collect::<std::result::Result<_, _>>()?, engine })
     }
 
     /// An engine without lights; what is added to it stays as it is whatever the lab's view says.
     pub fn bare(lab: &Lab, config: &Config) -> Result<Self> {
-        Ok(Self { engine: Engine::on(&lab.gpu, config, &lab.buffers, &[lab.prepass.receivers()])?, lights: Vec::new() })
+        let engine = lab.with_receivers(|seen| Engine::on(&lab.gpu, config, &lab.buffers, &[seen]))?;
+        Ok(Self { engine, lights: Vec::new() })
     }
 
     /// The engine.
@@ -449,10 +474,8 @@ impl EngineStage {
         for (&id, light) in self.lights.iter().zip(&lab.view.lights) {
             self.engine.set_light(id, light)?;
         }
-        let mut recorded = Ok(());
-        lab.frame(|cmd, timer| recorded = self.engine.record_timed(cmd, &[lab.frame_input()], Some(timer)))?;
-        recorded?;
-        Ok(self.engine.counters())
+        lab.engine_frame(&mut self.engine)?;
+        Ok(self.engine.last_counters())
     }
 
     /// Rays that the first view of the last frame asked for.
@@ -506,8 +529,10 @@ impl ViewsStage {
         // what is refused must get that far
         let prepass = |size: &[u32; 2]| DepthPrepass::on(&lab.gpu, size.map(|side| side.max(1)), &lab.buffers);
         let prepasses = sizes.iter().map(prepass).collect::<std::result::Result<Vec<_>, _>>()?;
-        let seen = prepasses.iter().zip(sizes);
-        let receivers: Vec<_> = seen.map(|(prepass, &size)| Receivers { size, ..prepass.receivers() }).collect();
+        let images: Vec<_> = prepasses.iter().map(|prepass| [prepass.images()]).collect();
+        let seen = images.iter().zip(sizes);
+        let receivers: Vec<_> =
+            seen.map(|(images, &size)| Receivers { size, images, mask: ImageUse::COPIED }).collect();
         Ok(Self { engine: Engine::on(&lab.gpu, config, &lab.buffers, &receivers)?, prepasses })
     }
 
@@ -518,17 +543,20 @@ impl ViewsStage {
 
     /// Runs a frame with a camera for each view: the words of each view's mask, and the page table.
     pub fn frame(&mut self, lab: &Lab, cameras: &[Camera]) -> Result<(Vec<Vec<u32>>, Table)> {
-        let input = |&camera: &Camera| FrameInput { camera, ..lab.frame_input() };
-        let inputs: Vec<_> = cameras.iter().map(input).collect();
-        lab.submit(|cmd| {
-            for (prepass, input) in self.prepasses.iter().zip(&inputs) {
-                // SAFETY: outside of rendering; each submission is waited for
-                unsafe { prepass.record(cmd, input, &lab.draws) };
-            }
-        })?;
+        let input = |(camera, prepass): (&Camera, &DepthPrepass)| {
+            FrameInput::new(camera, prepass.size(), lab.frame_input().origin)
+        };
+        let inputs: Vec<_> = cameras.iter().zip(&self.prepasses).map(input).collect();
         let mut recorded = Ok(());
-        lab.submit(|cmd| recorded = self.engine.record_timed(cmd, &inputs, None))?;
+        lab.submit(|cmd| {
+            // SAFETY: outside of rendering; each submission is waited for
+            let record = |(prepass, input): (&DepthPrepass, _)| unsafe { prepass.record(cmd, input, &lab.draws) };
+            recorded = self.prepasses.iter().zip(&inputs).try_for_each(record);
+        })?;
         recorded?;
+        let mut recorded = None;
+        lab.submit(|cmd| recorded = Some(self.engine.record_timed(cmd, &inputs, None)))?;
+        recorded.transpose()?;
         let mask = |view: &crate::engine::view::View| {
             Ok(bytemuck::pod_collect_to_vec(&lab.read_image(&view.buffers.mask, TransferRead, 4)?))
         };
@@ -538,7 +566,7 @@ impl ViewsStage {
 
 /// What the camera of the lab sees: depth and packed normals.
 pub fn prepass(lab: &Lab) -> Result<(Vec<f32>, Vec<u32>)> {
-    lab.submit(|cmd| lab.record_prepass(cmd))?;
+    lab.run_prepass()?;
     let read = |image| lab.read_image(image, Access::ComputeRead, 4);
     let (depth, normal) = (read(&lab.prepass.depth)?, read(&lab.prepass.normal)?);
     Ok((bytemuck::pod_collect_to_vec(&depth), bytemuck::pod_collect_to_vec(&normal)))
@@ -549,7 +577,7 @@ pub fn frame_constants(lab: &Lab, config: &Config) -> Result<(Frame, Vec<LightRe
     let input = lab.frame_input();
     let record = |light| Ok(light_record(config, &lab.buffers, light, &input, config.level_bias)?);
     let lights = lab.view.lights.iter().map(record).collect::<Result<Vec<_>>>()?;
-    let mut frame = constants(config, config.size, &lab.buffers, &input, &History::default());
+    let mut frame = constants(config, config.size, &lab.buffers, &input, &History::default())?;
     frame.lights = [lights.len() as u32, 1, 0, 0];
     frame.sun = lights[0];
     Ok((frame, lights))

@@ -2,6 +2,7 @@
 
 use super::LabError;
 use super::device::LabDevice;
+use crate::casters;
 use crate::gpu::structs::MeshBounds;
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Buffer, Gpu, Memory};
@@ -34,7 +35,7 @@ pub(crate) fn scene(
     use vk::BufferUsageFlags as U;
     let shape = if gpu.rays.is_some() { super::shapes::USAGE } else { U::empty() };
     let meshes = mesh_list(scene);
-    let meshlets = super::meshlets::pack(scene);
+    let meshlets = casters::meshlets(&scene.indices, &scene.clusters, scene.positions.len());
     let sources: [(&str, &[u8], U, u64); 9] = [
         ("positions", bytemuck::cast_slice(&scene.positions), U::VERTEX_BUFFER | shape, 0),
         ("attributes", bytemuck::cast_slice(&scene.attributes), U::VERTEX_BUFFER, 0),

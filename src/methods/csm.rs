@@ -94,11 +94,11 @@ impl Csm {
         };
         let map = Map::new(spec, lab, &screen, &lab.view().lights[0], shape)?;
         let (frame, slices) = (Binding::Uniform(&screen.frame), Binding::Storage(&map.slices));
-        let depth = Binding::SampledView(lab.prepass().receivers().depth);
+        let depth = Binding::Sampled(&screen.receivers.depth);
         let (extremes, splits) = (spirv!("methods/csm_extremes.comp"), spirv!("methods/csm_splits.comp"));
         Ok(Self {
             extremes: Compute::new(gpu, "csm_extremes", extremes, &[frame, depth, slices], &[], 0)?,
-            splits: Compute::new(gpu, "csm_splits", splits, &[frame, slices], &[settings.cascades], 4)?,
+            splits: Compute::new(gpu, "csm_splits", splits, &[slices], &[settings.cascades], 4)?,
             settings,
             screen,
             map: [map],
@@ -157,7 +157,8 @@ impl Method for Csm {
             Given { light, fits: Some(fits), slices }
         };
         let slice = |cmd| self.slice(lab, cmd);
-        lab.frame(|cmd, timer| map::record(lab, (cmd, timer), &self.screen, &self.map, &[given], slice))
+        let camera = lab.camera_constants()?;
+        lab.frame(|cmd, timer| map::record((lab, &camera), (cmd, timer), &self.screen, &self.map, &[given], slice))
     }
 
     fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {

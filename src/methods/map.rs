@@ -3,7 +3,7 @@
 use super::map_fit::{ANGLES, least_area};
 use super::map_light::Kind;
 use super::{Masks, MethodSpec, Statistics, map_light};
-use crate::engine::gradient::Gradient;
+use crate::engine::gradient::{Gradient, Receivers};
 use crate::gpu::structs::{Fit, Frame, MapLight, Slices};
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{
@@ -18,7 +18,7 @@ use std::sync::Arc;
 /// What the maps of all lights share: camera constants and the receivers' planes.
 pub(super) struct Screen {
     pub(super) frame: Buffer,
-    receiver: Image,
+    pub(super) receivers: Receivers,
     gradient: Gradient,
     size: [u32; 2],
 }
@@ -27,11 +27,9 @@ impl Screen {
     pub(super) fn new(lab: &Lab) -> Result<Self, LabError> {
         let gpu = lab.gpu();
         let frame = constants_buffer(gpu, "frame constants", size_of::<Frame>())?;
-        let usage = vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::SAMPLED;
-        let receiver = screen_image(lab, "receiver planes", vk::Format::R32G32B32A32_UINT, usage)?;
-        let (constants, target) = (Binding::Uniform(&frame), Binding::StorageImage(&receiver));
-        let gradient = Gradient::new(gpu, constants, &lab.prepass().receivers(), target)?;
-        Ok(Self { frame, receiver, gradient, size: lab.view().size })
+        let receivers = Receivers::new(gpu, lab.view().size)?;
+        let gradient = Gradient::new(gpu, Binding::Uniform(&frame), &lab.prepass().images(), &receivers)?;
+        Ok(Self { frame, receivers, gradient, size: lab.view().size })
     }
 
     /// Workgroups of a pass in which a thread walks down 32 pixels of a column.
@@ -127,8 +125,8 @@ impl Map {
         let scene = lab.scene_buffers();
         let samples = [
             Binding::Uniform(&screen.frame),
-            Binding::SampledView(lab.prepass().receivers().depth),
-            Binding::Sampled(&screen.receiver),
+            Binding::Sampled(&screen.receivers.depth),
+            Binding::Sampled(&screen.receivers.planes),
             Binding::Uniform(&light),
             Binding::Storage(&slices),
         ];
@@ -270,7 +268,7 @@ pub(super) fn check_lights(lab: &Lab, maps: &[Map]) -> Result<(), LabError> {
 
 /// Records a frame of all lights; `slice` records how their depths are divided, before the fits.
 pub(super) fn record(
-    lab: &Lab,
+    (lab, camera): (&Lab, &Frame),
     (cmd, timer): (vk::CommandBuffer, &mut Timer),
     screen: &Screen,
     maps: &[Map],
@@ -286,16 +284,16 @@ pub(super) fn record(
         &[(ComputeRead, TransferWrite), (GraphicsRead, TransferWrite), (ComputeWrite, TransferWrite)],
     );
     // SAFETY: the command buffer is recording; the data is smaller than 64 KiB
-    unsafe { device.cmd_update_buffer(cmd, screen.frame.raw, 0, bytemuck::bytes_of(&lab.camera_constants())) };
+    unsafe { device.cmd_update_buffer(cmd, screen.frame.raw, 0, bytemuck::bytes_of(camera)) };
     maps.iter().zip(given).for_each(|(map, given)| map.write(cmd, given));
     sync::barrier(
         device,
         cmd,
         &[(TransferWrite, ComputeRead), (TransferWrite, ComputeWrite), (TransferWrite, GraphicsRead)],
     );
-    sync::discard(device, cmd, &screen.receiver, ComputeRead, StorageImage);
+    screen.receivers.record_discard(device, cmd);
     screen.gradient.record(cmd, screen.size);
-    sync::image(device, cmd, &screen.receiver, StorageImage, ComputeRead);
+    screen.receivers.record_written(device, cmd);
     timer.mark(cmd, "gradient");
     if fitted().next().is_some() {
         slice(cmd);
@@ -331,7 +329,7 @@ pub(super) fn memory(screen: &Screen, maps: &[Map]) -> Vec<(&'static str, u64)> 
     let sum = |bytes: fn(&Map) -> u64| maps.iter().map(bytes).sum::<u64>();
     vec![
         ("map", sum(|m| m.image.bytes)),
-        ("screen", screen.receiver.bytes + sum(|m| m.visibility.bytes)),
+        ("screen", screen.receivers.bytes() + sum(|m| m.visibility.bytes)),
         ("other", screen.frame.size + sum(|m| m.light.size + m.bounds.size + m.fits.size + m.slices.size)),
     ]
 }

@@ -221,7 +221,8 @@ impl Rmsm {
         } else {
             8
         };
-        let mut engine = Engine::on(lab.gpu(), &config, lab.scene_buffers(), &[lab.prepass().receivers()])
+        let mut engine = lab
+            .with_receivers(|seen| Engine::on(lab.gpu(), &config, lab.scene_buffers(), &[seen]))
             .map_err(|error| as_typed(error, spec))?;
         let lights = lights.iter().map(|light| engine.add_light(light)).collect::<Result<_, _>>()?;
         Ok(Self { engine, lights, pages: None })
@@ -260,12 +261,9 @@ impl Method for Rmsm {
         for (&id, light) in self.lights.iter().zip(lights) {
             self.engine.set_light(id, light)?;
         }
-        let inputs = [lab.frame_input()];
-        let mut recorded = Ok(());
-        let times = lab.frame(|cmd, timer| recorded = self.engine.record_timed(cmd, &inputs, Some(timer)))?;
-        recorded?;
+        let (frame, times) = lab.engine_frame(&mut self.engine)?;
         let tiles_ms = times.stages.iter().filter(|s| matches!(s.0, "cull" | "tiles")).map(|s| s.1).sum();
-        self.engine.steer(times.ms, tiles_ms);
+        self.engine.steer(frame, times.ms, tiles_ms);
         Ok(times)
     }
 
@@ -295,7 +293,7 @@ impl Method for Rmsm {
     }
 
     fn statistics(&mut self, lab: &Lab) -> Result<Statistics, LabError> {
-        let c = self.engine.counters();
+        let c = self.engine.last_counters();
         let levels = (0..=ROOT_LEVEL as usize)
             .map(|l| LevelStatistics {
                 level: l as u32,

@@ -28,8 +28,8 @@ impl RmsmPages {
         let layers = [b.frame(0), slots, cleared, arguments_of, Binding::Storage(&states)];
         let serving = [
             b.frame(0),
-            Binding::SampledView(lab.prepass().receivers().depth),
-            Binding::Sampled(&view.buffers.receiver),
+            Binding::Sampled(&view.buffers.receivers.depth),
+            Binding::Sampled(&view.buffers.receivers.planes),
             Binding::Storage(&b.table_keys),
             Binding::Storage(&b.entries),
             Binding::Sampled(&b.atlas),

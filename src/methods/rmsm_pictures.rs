@@ -48,7 +48,7 @@ fn entries(engine: &Engine, lab: &Lab) -> Result<Vec<u32>, LabError> {
     let target =
         Image::new(lab.gpu(), "entries", &ImageSpec { format: vk::Format::R32_UINT, width, height, layers: 0, usage })?;
     let (b, view) = (&engine.buffers, &engine.views[0].buffers);
-    let pass = Lookup::entries(lab.gpu(), &engine.config, b, (0, view), &lab.prepass().receivers(), &target)?;
+    let pass = Lookup::entries(lab.gpu(), &engine.config, b, (0, view), &target)?;
     lab.submit(|cmd| {
         let device = &lab.gpu().device;
         sync::discard(device, cmd, &target, Access::Nothing, Access::StorageImage);
@@ -60,7 +60,7 @@ fn entries(engine: &Engine, lab: &Lab) -> Result<Vec<u32>, LabError> {
 
 /// The pages that were drawn, coarse ones first.
 fn pages(engine: &Engine, lab: &Lab) -> Result<Vec<Page>, LabError> {
-    let count = engine.counters().pages.min(engine.config.page_capacity()) as usize;
+    let count = engine.last_counters().pages.min(engine.config.page_capacity()) as usize;
     let bytes = lab.read_buffer(&engine.buffers.pages)?;
     let pages: Vec<Page> = bytemuck::pod_collect_to_vec(&bytes[..count * size_of::<Page>()]);
     Ok(pages.into_iter().filter(|p| p.admitted != 0).collect())

@@ -141,7 +141,8 @@ impl Method for Uniform {
             })
         };
         let given = lab.view().lights.iter().zip(&self.maps).map(given).collect::<Result<Vec<_>, LabError>>()?;
-        lab.frame(|cmd, timer| map::record(lab, (cmd, timer), &self.screen, &self.maps, &given, |_| ()))
+        let camera = lab.camera_constants()?;
+        lab.frame(|cmd, timer| map::record((lab, &camera), (cmd, timer), &self.screen, &self.maps, &given, |_| ()))
     }
 
     fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {

@@ -1,9 +1,9 @@
 //! Parts in double precision in, a [`Scene`] around its own centre out.
 
 use super::motion::{How, Moves, Placed};
-use super::{Attributes, Cluster, Instance, Material, Mesh, Scene, clusters};
-use crate::host::{ALPHA_TESTED, CastPolicy};
-use bytemuck::Zeroable;
+use super::{Attributes, Cluster, Instance, Material, Mesh, Scene};
+use crate::casters;
+use crate::casters::{ALPHA_TESTED, CastPolicy};
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
@@ -216,7 +216,7 @@ fn finish(part: &Part, origin: DVec3) -> Finished {
     let shift = if part.instances.is_empty() { origin } else { DVec3::ZERO };
     let positions: Vec<[f32; 3]> = part.positions.iter().map(|p| (*p - shift).as_vec3().to_array()).collect();
     let mut triangles = part.triangles.clone();
-    let clusters = clusters::build(&positions, &mut triangles);
+    let clusters = casters::build(&positions, &mut triangles);
     // vertices in the order the clusters read them
     let order = renumber(&mut triangles, positions.len());
     let (positions, attributes) = (pick(&positions, &order), pick(&part.attributes, &order));
@@ -250,8 +250,11 @@ fn append(scene: &mut Scene, part: &Part, finished: Finished) {
     scene.clusters.extend(finished.clusters.iter().map(|c| Cluster { first_index: first_index + c.first_index, ..*c }));
     let policy = if part.casts { CastPolicy::Auto } else { CastPolicy::Never };
     let flags = policy as u32 | (u32::from(part.alpha_tested) * ALPHA_TESTED);
-    let common = Instance { material: part.material, mesh, flags, ..Zeroable::zeroed() };
-    scene.instances.extend(instances.iter().map(|m| placed(common, m, origin)));
+    let placed = |matrix: &DAffine3| {
+        let from_origin = DAffine3 { translation: matrix.translation - origin, ..*matrix };
+        Instance { flags, ..Instance::new(&from_origin, mesh, part.material) }
+    };
+    scene.instances.extend(instances.iter().map(placed));
 }
 
 /// An instance with the matrix relative to the origin, rounded last.

@@ -2,7 +2,7 @@
 
 use super::file::{File, find, label};
 use super::images::{Images, source};
-use super::{LoadOptions, Material, NO_TEXTURE};
+use super::{LoadOptions, Material};
 use ::gltf::json::material::{AlphaMode, Material as Json};
 use ::gltf::json::texture::{Info, WrappingMode};
 use ::gltf::json::validation::Checked;
@@ -110,17 +110,7 @@ impl Surface {
 
 /// A material without texture, white unless told.
 pub(super) fn plain(base_color: [f32; 4]) -> Material {
-    Material {
-        base_color,
-        uv_row0: [1.0, 0.0, 0.0, 0.0],
-        uv_row1: [0.0, 1.0, 0.0, 0.0],
-        texel_offset: NO_TEXTURE,
-        width: 0,
-        height: 0,
-        wrap: 0,
-        alpha_cutoff: 0.0,
-        pad: [0; 3],
-    }
+    Material { base_color, ..Material::default() }
 }
 
 fn read(file: &File, json: &Json) -> Result<(Surface, Material), String> {

@@ -17,42 +17,13 @@ mod primitive;
 mod repeat;
 mod track;
 
+pub use crate::casters::{Attributes, CLUSTER_TRIANGLES, Cluster, Instance, Material, NO_TEXTURE};
 pub use clusters::mesh_bounds;
 pub use motion::{Changes, Motion};
 pub use repeat::{MAX_COPIES, repeated};
 
-use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 use std::path::Path;
-
-/// Most triangles a cluster may hold.
-pub const CLUSTER_TRIANGLES: usize = 128;
-/// Marks "no texture" in [`Material::texel_offset`].
-pub const NO_TEXTURE: u32 = u32::MAX;
-
-/// Per-vertex data that only alpha tests and shading need; parallel to [`Scene::positions`].
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-pub struct Attributes {
-    /// Texture coordinate of the base colour (the set the material names), before the texture transform.
-    pub uv: [f32; 2],
-    /// Vertex colour, linear RGBA, 8 bits each, R in the lowest byte; white where the file has none.
-    pub color: u32,
-}
-
-/// At most [`CLUSTER_TRIANGLES`] neighbouring triangles of one mesh with their bounds in mesh space.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-pub struct Cluster {
-    /// Centre of the axis-aligned bounds, mesh space.
-    pub center: [f32; 3],
-    /// First entry in [`Scene::indices`].
-    pub first_index: u32,
-    /// Half the size of the bounds, mesh space.
-    pub extent: [f32; 3],
-    /// Number of triangles, 1 to [`CLUSTER_TRIANGLES`].
-    pub triangle_count: u32,
-}
 
 /// One glTF primitive: a run of clusters with one material, drawn by a run of instances.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -75,68 +46,6 @@ pub struct Mesh {
     pub casts: bool,
     /// Whether triangles must be tested against alpha: false when no point of the mesh is cut away.
     pub alpha_tested: bool,
-}
-
-/// One placement of a mesh.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-pub struct Instance {
-    /// Rows of the affine 3x4 matrix from mesh space to world space relative to [`Scene::origin`].
-    pub rows: [[f32; 4]; 3],
-    /// What single precision leaves of the translation, to be added to the rows' last column; w is 0. Zero throughout is
-    /// allowed: then the instance stands where its rows say.
-    pub low: [f32; 4],
-    /// Entry in [`Scene::materials`].
-    pub material: u32,
-    /// Entry in [`Scene::meshes`].
-    pub mesh: u32,
-    /// Any change of this number tells the engine that the instance moved or deformed or that its alpha changed.
-    pub revision: u32,
-    /// How the instance casts, see [`crate::host::CastPolicy`]; bit 2: its mesh is alpha tested.
-    pub flags: u32,
-}
-
-impl Instance {
-    /// The translation, world space relative to [`Scene::origin`].
-    pub fn translation(&self) -> DVec3 {
-        DVec3::from_array([0, 1, 2].map(|i| f64::from(self.rows[i][3]) + f64::from(self.low[i])))
-    }
-
-    /// Sets the translation, to about 48 bits.
-    pub fn set_translation(&mut self, translation: DVec3) {
-        for (i, (high, low)) in split(translation).into_iter().enumerate() {
-            (self.rows[i][3], self.low[i]) = (high, low);
-        }
-    }
-}
-
-/// Each coordinate in single precision and what that leaves.
-pub(crate) fn split(v: DVec3) -> [(f32, f32); 3] {
-    v.to_array().map(|v| (v as f32, (v - f64::from(v as f32)) as f32))
-}
-
-/// Base colour and alpha of a surface.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-pub struct Material {
-    /// Linear RGBA factor.
-    pub base_color: [f32; 4],
-    /// First row of the texture transform: u' = x*u + y*v + z.
-    pub uv_row0: [f32; 4],
-    /// Second row: v' = x*u + y*v + z.
-    pub uv_row1: [f32; 4],
-    /// First texel in [`Scene::texels`], or [`NO_TEXTURE`].
-    pub texel_offset: u32,
-    /// Texture width in texels.
-    pub width: u32,
-    /// Texture height in texels.
-    pub height: u32,
-    /// Wrap modes: bits 0-1 for u, bits 2-3 for v; 0 repeat, 1 mirrored repeat, 2 clamp to edge.
-    pub wrap: u32,
-    /// A point is cut away where alpha < cutoff; 0 for opaque materials, 0.5 for BLEND.
-    pub alpha_cutoff: f32,
-    /// Zero.
-    pub pad: [u32; 3],
 }
 
 /// A scene in one pose, ready for upload and for ray tracing.

@@ -6,10 +6,10 @@ mod reach;
 pub(super) use reach::reach;
 
 use super::assemble::{Bounds, EMPTY, placed};
-use super::clusters;
 use super::deform::Deform;
 use super::pose::Rig;
 use super::{Cluster, Scene, SceneError};
+use crate::casters;
 use glam::{DAffine3, DVec3};
 use orbits::Orbit;
 use rayon::prelude::*;
@@ -205,7 +205,7 @@ impl Next {
             let first = mesh.first_cluster as usize;
             let bound = |cluster: &Cluster| {
                 let indices = &scene.indices[cluster.first_index as usize..][..cluster.triangle_count as usize * 3];
-                clusters::bound(&scene.positions, indices.as_chunks::<3>().0, cluster.first_index)
+                casters::bound(&scene.positions, indices.as_chunks::<3>().0, cluster.first_index)
             };
             let bounds: Vec<Cluster> =
                 scene.clusters[first..first + mesh.cluster_count as usize].iter().map(bound).collect();

@@ -3,7 +3,7 @@
 
 use super::alpha::alpha_at;
 use super::bvh::Bvh;
-use crate::host::CastPolicy;
+use crate::casters::CastPolicy;
 use crate::scene::{Instance, Material, Mesh, NO_TEXTURE, Scene};
 use glam::{DMat3, DVec3};
 use obvhs::aabb::Aabb;

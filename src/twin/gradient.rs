@@ -5,7 +5,7 @@
 //! `inversesqrt` 2 units of room, and grazing planes divide by a difference that is nearly zero. [`Plane::tolerance`]
 //! holds the sum.
 
-use super::receiver::{decode_normal, half, half_bits, pixel_ray, xyz};
+use super::receiver::{decode_normal, half, half_bits, is_surface, pixel_ray, xyz};
 use crate::gpu::structs::Frame;
 
 /// Largest derivative that is stored.
@@ -37,7 +37,7 @@ fn half_unit(value: f64) -> f64 {
 pub fn gradient(frame: &Frame, depth: &[f32], normal: &[u32]) -> Vec<Plane> {
     let width = frame.size[0];
     let plane = |i: usize| {
-        if depth[i] <= 0.0 {
+        if !is_surface(frame, depth[i]) {
             return Plane::default();
         }
         let n = decode_normal(normal[i]).as_dvec3().normalize();

@@ -1,5 +1,7 @@
 //! What a pixel's depth and packed receiver mean; single precision, in the order the shaders write it.
 
+pub use crate::host::encode_normal;
+
 use crate::gpu::structs::Frame;
 use glam::{Vec2, Vec3, Vec4};
 
@@ -13,18 +15,14 @@ pub fn pixel_ray(frame: &Frame, pixel: [u32; 2]) -> Vec3 {
     xyz(frame.ray_corner) + centre.x * xyz(frame.ray_dx) + centre.y * xyz(frame.ray_dy)
 }
 
-/// Distance along the view direction from a reversed depth value.
+/// Distance along the view direction from a depth value of the camera's projection.
 pub fn linear_depth(frame: &Frame, depth: f32) -> f32 {
-    let (near, far) = (frame.ray_corner[3], frame.ray_dx[3]);
-    near * far / (near + depth * (far - near))
+    frame.ray_corner[3] / (depth + frame.ray_dx[3])
 }
 
-/// Octahedral encoding of a unit vector in two 16-bit signed fractions.
-pub fn encode_normal(n: Vec3) -> u32 {
-    let p = n.truncate() / (n.x.abs() + n.y.abs() + n.z.abs());
-    let p = if n.z < 0.0 { fold(p) } else { p };
-    let bits = |v: f32| u32::from((v.clamp(-1.0, 1.0) * 32767.0).round_ties_even() as i16 as u16);
-    bits(p.x) | bits(p.y) << 16
+/// Whether a depth value is that of a surface.
+pub fn is_surface(frame: &Frame, depth: f32) -> bool {
+    if frame.ray_corner[3] > 0.0 { depth > 0.0 } else { depth < 1.0 }
 }
 
 /// The unit vector that [`encode_normal`] packed.

@@ -7,7 +7,7 @@
 use super::SHIFTS;
 use super::key::key_of;
 use super::light::{level, receiver};
-use super::receiver::{decode_derivatives, decode_normal, linear_depth, pixel_ray};
+use super::receiver::{decode_derivatives, decode_normal, pixel_ray};
 use super::{FACES, ROOT_LEVEL};
 use crate::gpu::structs::{Frame, LightRecord};
 use glam::Vec2;
@@ -32,10 +32,10 @@ pub fn request(frame: &Frame, lights: &[LightRecord], depth: &[f32], receiver: &
     let width = frame.size[0];
     let mut out = Requests::default();
     let mut groups = BTreeSet::new();
-    for (i, (&stored, &receiver)) in depth.iter().zip(receiver).enumerate() {
+    for (i, (&depth, &receiver)) in depth.iter().zip(receiver).enumerate() {
         let pixel = [i as u32 % width, i as u32 / width];
         for (slot, light) in (0..).zip(lights) {
-            let (key, others) = pixel_keys(frame, slot, light, pixel, stored, receiver, shift);
+            let (key, others) = pixel_keys(frame, slot, light, pixel, depth, receiver, shift);
             if key != 0 {
                 *out.pixels.entry(key).or_default() += 1;
                 groups.insert((pixel[0] / 8, pixel[1] / 8, key));
@@ -67,21 +67,20 @@ pub fn attempts(
     made
 }
 
-/// The key of a pixel for a light and all keys that rounding could make of it; 0 when it asks for nothing.
+/// The key of a pixel of this depth along the view direction, for a light, and all keys that rounding could make of it; 0 when it asks for nothing.
 pub fn pixel_keys(
     frame: &Frame,
     slot: u32,
     light: &LightRecord,
     pixel: [u32; 2],
-    stored: f32,
+    depth: f32,
     packed: [u32; 4],
     shift: u32,
 ) -> (u64, BTreeSet<u64>) {
     let mut others = BTreeSet::new();
-    if stored <= 0.0 {
+    if depth <= 0.0 {
         return (0, others);
     }
-    let depth = linear_depth(frame, stored);
     let from_eye = pixel_ray(frame, pixel) * depth;
     let derivatives = decode_derivatives(frame, packed, depth);
     let Some(r) = receiver(frame, light, from_eye, decode_normal(packed[0]), derivatives) else { return (0, others) };

@@ -30,6 +30,8 @@ pub(super) struct Canvas {
     size: [u32; 2],
     image: Image,
     frame: Buffer,
+    /// Constants of the view that `prepare` saw.
+    camera: Frame,
     palette: Buffer,
     lights: Buffer,
     text: Buffer,
@@ -76,6 +78,7 @@ impl Canvas {
         let count = lab.view().lights.len().clamp(1, MOST_LIGHTS) as u64;
         Ok(Self {
             size,
+            camera: lab.camera_constants()?,
             frame: Buffer::new(gpu, "camera of the picture", size_of::<Frame>() as u64, uniform, Memory::Device)?,
             lights: Buffer::storage(gpu, "lights of the picture", count * size_of::<ShadeLight>() as u64, B::empty())?,
             overlay: Compute::new(gpu, "overlay", spirv!("window/overlay.comp"), &over, &[], 0)?,
@@ -94,6 +97,7 @@ impl Canvas {
 
     /// Readies the passes for a method's results.
     pub(super) fn prepare(&mut self, lab: &Lab, lit: &Lit<'_>, pages: Option<&PageViews<'_>>) -> Result<(), LabError> {
+        self.camera = lab.camera_constants()?;
         let pixels = u64::from(self.size[0]) * u64::from(self.size[1]);
         let gpu = lab.gpu();
         let layers = match lit {
@@ -177,7 +181,7 @@ impl Canvas {
         sync::barrier(device, cmd, &[(ComputeRead, TransferWrite)]);
         // SAFETY: the command buffer is recording; the data is smaller than 64 KiB and fits its buffers
         unsafe {
-            device.cmd_update_buffer(cmd, self.frame.raw, 0, bytemuck::bytes_of(&lab.camera_constants()));
+            device.cmd_update_buffer(cmd, self.frame.raw, 0, bytemuck::bytes_of(&self.camera));
             device.cmd_update_buffer(cmd, self.lights.raw, 0, bytemuck::cast_slice(&lights));
         }
         self.gather(lab, cmd, lit);

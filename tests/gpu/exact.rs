@@ -6,7 +6,7 @@ use crate::scenes;
 use glam::{DMat3, DVec3};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use umbrage::host::CastPolicy;
+use umbrage::CastPolicy;
 use umbrage::lab::stages_exact::{CHANGED_PLACE, CHANGED_SHAPE, ExactStage, Ray};
 use umbrage::lab::{Lab, LabError, LabOptions, View};
 use umbrage::scene::{self, Changes, Instance, LoadOptions, Mesh, Motion, Scene, builtin, mesh_bounds};

@@ -6,12 +6,12 @@ use crate::scenes::{self, SHEET_EDGE};
 use glam::{DVec2, DVec3};
 use std::collections::{BTreeMap, BTreeSet};
 use umbrage::gpu::structs::{LightRecord, light_kind};
-use umbrage::lab::stages::{EngineStage, ScreenStage, Table, frame_constants, prepass};
+use umbrage::lab::stages::{EngineStage, ScreenStage, Seen, Table, frame_constants, prepass};
 use umbrage::methods::{MethodSpec, create};
 use umbrage::twin::contour::contour;
 use umbrage::twin::key::{key_ancestor, key_level, key_of};
 use umbrage::twin::light::{Receiver, blend, level, receiver};
-use umbrage::twin::receiver::{decode_derivatives, decode_normal, linear_depth, pixel_ray};
+use umbrage::twin::receiver::{decode_derivatives, decode_normal, pixel_ray};
 use umbrage::twin::{ROOT_LEVEL, kernel};
 use umbrage::{Config, Error, Filter, Light, RequestRoute};
 
@@ -81,11 +81,11 @@ fn samples(lab: &Bench, config: &Config, wanted: impl Fn(f64) -> bool) -> (Light
     let (frame, lights) = frame_constants(lab, config).unwrap();
     let (depth, normal) = prepass(lab).unwrap();
     let stage = ScreenStage::new(lab, SIZE, RequestRoute::Flags, 1024, 1).unwrap();
-    let packed = stage.gradient(lab, &frame, &depth, &normal).unwrap();
+    let Seen { depth, planes: packed } = stage.gradient(lab, &frame, &depth, Some(&normal)).unwrap();
     let eye = lab.view().camera.eye;
     let sample = |i: usize| {
         let pixel = [i as u32 % SIZE[0], i as u32 / SIZE[0]];
-        let linear = linear_depth(&frame, depth[i]);
+        let linear = depth[i];
         let from_eye = pixel_ray(&frame, pixel) * linear;
         if depth[i] <= 0.0 || !wanted(eye.y + f64::from(from_eye.y)) {
             return None;

@@ -7,7 +7,7 @@ use crate::scenes;
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
 use umbrage::gpu::structs::{Frame, LightRecord};
-use umbrage::lab::stages::{ScreenStage, frame_constants, prepass};
+use umbrage::lab::stages::{ScreenStage, Seen, frame_constants, prepass};
 use umbrage::twin::key::{from_morton, key_level, key_page};
 use umbrage::twin::request::{Requests, attempts};
 use umbrage::{Config, LevelRule, RequestRoute, twin};
@@ -82,8 +82,8 @@ pub fn inputs(lab: &Bench, (frame, _): &Shot, with_scene: bool) -> Vec<Input> {
         images.push(("scene".into(), prepass(lab).unwrap()));
     }
     let receivers = |(name, (depth, normal)): (String, (Vec<f32>, Vec<u32>))| {
-        let receiver = stage.gradient(lab, frame, &depth, &normal).unwrap();
-        (name, depth, receiver)
+        let seen = stage.gradient(lab, frame, &depth, Some(&normal)).unwrap();
+        (name, seen.depth, seen.planes)
     };
     images.into_iter().map(receivers).collect()
 }
@@ -170,7 +170,7 @@ fn pages_hold_the_pixels_at_the_resolution_asked_for() {
         let (frame, lights) = frame_constants(&lab, &config).unwrap();
         let light = &lights[0];
         let stage = ScreenStage::new(&lab, size, RequestRoute::Flags, 1024, 1).unwrap();
-        let receiver = stage.gradient(&lab, &frame, &depth, &normal).unwrap();
+        let Seen { depth, planes: receiver } = stage.gradient(&lab, &frame, &depth, Some(&normal)).unwrap();
         let (page_side, texels) = (f64::from(light.scale[1]), f64::from(frame.rule[0]));
         let across = |i: usize| {
             let p = g.point(i);

@@ -2,7 +2,7 @@
 
 use crate::bench::{Lcg, view};
 use glam::{DVec3, Vec3};
-use umbrage::host::ALPHA_TESTED;
+use umbrage::ALPHA_TESTED;
 use umbrage::lab::View;
 use umbrage::scene::{Attributes, CLUSTER_TRIANGLES, Cluster, Instance, Material, Mesh, NO_TEXTURE, Scene, builtin};
 
