@@ -135,6 +135,11 @@ impl Canvas {
         Ok(())
     }
 
+    /// Another method comes: what the passes read of the last one may be gone, and its handles taken by others.
+    pub(super) fn forget(&mut self) {
+        self.shade = None;
+    }
+
     fn passes(&self, lab: &Lab, of: [vk::Buffer; 2], pages: Option<&PageViews<'_>>) -> Result<Shade, LabError> {
         let (gpu, prepass) = (lab.gpu(), lab.prepass());
         let (palette, target) = (Binding::Storage(&self.palette), Binding::StorageImage(&self.image));

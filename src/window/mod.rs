@@ -2,6 +2,7 @@
 
 mod app;
 mod canvas;
+mod choice;
 mod fly;
 mod keys;
 mod overlay;

@@ -1,6 +1,7 @@
 //! What is looked at and how: scene, camera, methods and their settings, from frame to frame.
 
 use super::canvas::{Canvas, Lit};
+use super::choice::Choice;
 use super::fly::{self, Fly};
 use super::keys::{Command, HELP, Held};
 use super::overlay::{Corner, Line, Overlay};
@@ -9,7 +10,7 @@ use super::status::Status;
 use super::swapchain::Swapchain;
 use super::{screenshot, settings};
 use crate::lab::{Lab, LabError, View};
-use crate::methods::{self, FrameTimes, Method, MethodSpec, Statistics};
+use crate::methods::{FrameTimes, MethodSpec, Statistics};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -19,22 +20,6 @@ const MESSAGE: Duration = Duration::from_secs(4);
 const NUMBERS: Duration = Duration::from_millis(250);
 /// Longest step of camera, sun and animation, in seconds.
 const LONGEST_STEP_S: f64 = 0.25;
-
-/// A method to switch to; made when first shown.
-struct Entry {
-    spec: MethodSpec,
-    /// With a key changed; takes its place in the next frame.
-    wanted: Option<MethodSpec>,
-    method: Option<Box<dyn Method>>,
-    /// Whether the method has made a frame.
-    ran: bool,
-}
-
-impl Entry {
-    fn new(spec: MethodSpec, method: Option<Box<dyn Method>>) -> Self {
-        Self { spec, wanted: None, method, ran: false }
-    }
-}
 
 /// What the overlay shows of a frame.
 #[derive(Default)]
@@ -46,8 +31,7 @@ struct Numbers {
 }
 
 pub(super) struct Session {
-    entries: Vec<Entry>,
-    current: usize,
+    choice: Choice,
     canvas: Canvas,
     fly: Fly,
     first: View,
@@ -77,9 +61,8 @@ impl Session {
         out: PathBuf,
         report: fn(&str),
     ) -> Result<Self, LabError> {
-        let mut this = Self {
-            entries: specs.iter().map(|spec| Entry::new(spec.clone(), None)).collect(),
-            current: 0,
+        Ok(Self {
+            choice: Choice::new(specs, &lab)?,
             canvas: Canvas::new(&lab)?,
             fly: Fly::new(lab.view().camera, lab.scene().diagonal()),
             first: lab.view().clone(),
@@ -97,9 +80,7 @@ impl Session {
             out,
             report,
             lab,
-        };
-        this.make()?;
-        Ok(this)
+        })
     }
 
     pub(super) fn size(&self) -> [u32; 2] {
@@ -108,97 +89,76 @@ impl Session {
 
     /// Another size of the window: everything that has one is made again.
     pub(super) fn resize(&mut self, size: [u32; 2]) -> Result<(), LabError> {
-        self.entries.iter_mut().for_each(|entry| (entry.method, entry.ran) = (None, false));
+        self.choice.drop_all();
         (self.frozen, self.traced) = (false, None);
         self.lab.resize(size)?;
         self.canvas = Canvas::new(&self.lab)?;
-        self.make()
-    }
-
-    /// Makes the current method where it is not made yet.
-    fn make(&mut self) -> Result<(), LabError> {
-        let none = LabError::Usage("no method was named; at least one is needed".into());
-        let entry = self.entries.get_mut(self.current).ok_or(none)?;
-        if entry.method.is_none() {
-            entry.method = Some(methods::create(&entry.spec, &self.lab)?);
-        }
-        Ok(())
+        self.choice.make(&self.lab)
     }
 
     fn say(&mut self, text: impl Into<String>) {
         self.message = Some((text.into(), Instant::now()));
     }
 
-    /// Changes to another method; stays where that cannot be made.
+    /// Changes to another method.
     fn switch(&mut self, to: usize) {
-        let before = std::mem::replace(&mut self.current, to);
-        match self.make() {
-            Ok(()) => {
-                (self.frozen, self.traced) = (false, None);
-                self.numbers = Numbers::default();
-                let spec = &self.entries[to].spec;
-                if self.show.of_pages() && !settings::paged(spec) {
-                    self.show = Show::Shaded;
-                }
-                self.say(spec.text.clone());
-            }
-            Err(error) => {
-                self.current = before;
-                self.say(error.to_string());
-            }
+        match self.choice.switch(to, &self.lab) {
+            Ok(()) => self.begin(),
+            Err(error) => self.say(error.to_string()),
         }
     }
 
-    /// Asks for a changed key of the current method, where it has that key.
+    /// Another method is shown from now on.
+    fn begin(&mut self) {
+        (self.frozen, self.traced) = (false, None);
+        self.numbers = Numbers::default();
+        self.canvas.forget();
+        if self.show.of_pages() && !self.choice.paged() {
+            self.show = Show::Shaded;
+        }
+        self.say(self.choice.spec().text.clone());
+    }
+
+    /// Asks for changed keys of the current method, where it has them.
     fn change(&mut self, what: &str, changed: Option<MethodSpec>) {
-        let entry = &mut self.entries[self.current];
-        match changed.map(|spec| methods::check(&spec).map(|()| spec)) {
-            Some(Ok(spec)) => entry.wanted = Some(spec),
+        let name = &self.choice.spec().name;
+        let none = format!("{name} has no {what}");
+        match changed.map(|spec| self.choice.want(spec)) {
+            Some(Ok(())) => (),
             Some(Err(error)) => self.say(error.to_string()),
-            None => {
-                let name = entry.spec.name.clone();
-                self.say(format!("{name} has no {what}"));
-            }
+            None => self.say(none),
         }
     }
 
-    /// Makes the current method with the key that was changed; keeps the old one where that cannot be made.
+    /// Brings the current method to what was asked for.
     fn replace(&mut self) {
-        let Some(spec) = self.entries[self.current].wanted.take() else { return };
-        match methods::create(&spec, &self.lab) {
-            Ok(method) => {
-                self.entries[self.current] = Entry::new(spec, Some(method));
-                self.switch(self.current);
-            }
+        match self.choice.replace(&self.lab) {
+            Ok(true) => self.begin(),
+            Ok(false) => (),
             Err(error) => self.say(error.to_string()),
         }
     }
 
     /// Does what a key asks for; [`Command::Close`] is not for it.
     pub(super) fn obey(&mut self, command: Command) {
-        let count = self.entries.len();
-        let entry = &self.entries[self.current];
-        let spec = entry.wanted.as_ref().unwrap_or(&entry.spec);
+        let [current, count] = self.choice.place();
+        let spec = self.choice.wanted();
         match command {
             Command::Help => self.help = !self.help,
             Command::Overlay => self.overlay = !self.overlay,
-            Command::Turn { forward } => self.switch((self.current + if forward { 1 } else { count - 1 }) % count),
-            Command::Method(place) if place < count => self.switch(place),
-            Command::Method(place) => self.say(format!("there is no method {}, allowed is 1 to {count}", place + 1)),
+            Command::Turn { forward } => self.switch((current + if forward { 1 } else { count - 1 }) % count),
+            Command::Method(place) => self.switch(place),
             Command::Exact => self.change("exact mode", settings::exact(spec)),
             Command::Filter => self.change("filter", settings::filter(spec)),
             Command::Bias { finer } => self.change("bias", settings::bias(spec, finer)),
             Command::Atlas { larger } => self.change("atlas and no map", settings::atlas(spec, larger)),
-            Command::Freeze if !settings::paged(spec) => {
-                let name = spec.name.clone();
-                self.say(format!("{name} has no pages to freeze"));
-            }
+            Command::Freeze if !self.choice.paged() => self.change("pages to freeze", None),
             Command::Freeze => {
                 self.frozen = !self.frozen;
                 self.say(if self.frozen { "frozen" } else { "pages follow the camera again" });
             }
             Command::Show { forward } => {
-                self.show = self.show.step(forward, settings::paged(spec));
+                self.show = self.show.step(forward, self.choice.paged());
                 self.say(self.show.name());
             }
             Command::Play if !self.moves => self.say("nothing moves here; --animate and --movers change that"),
@@ -275,19 +235,18 @@ impl Session {
 
     /// A frame of the current method.
     fn run(&mut self, passed: Duration) -> Result<(), LabError> {
-        let Some(entry) = self.entries.get_mut(self.current) else { return Ok(()) };
-        let Some(method) = &mut entry.method else { return Ok(()) };
+        let Some((method, ran)) = self.choice.method() else { return Ok(()) };
         let still = method.masks().is_none() && self.traced.as_ref() == Some(self.lab.view());
         if still {
             return Ok(());
         }
         // what has no pages yet gets them first
-        let frozen = if self.frozen && entry.ran { method.frozen_frame(&self.lab)? } else { None };
+        let frozen = if self.frozen && *ran { method.frozen_frame(&self.lab)? } else { None };
         let times = match frozen {
             Some(times) => times,
             None => method.frame(&self.lab)?,
         };
-        entry.ran = true;
+        *ran = true;
         if self.show.of_pages() && !method.update_pages(&self.lab)? {
             self.show = Show::Shaded;
         }
@@ -308,9 +267,7 @@ impl Session {
         let mut overlay = Overlay::new(self.size());
         self.text(&mut overlay);
         self.canvas.write(&overlay);
-        let Some(method) = self.entries.get_mut(self.current).and_then(|entry| entry.method.as_mut()) else {
-            return Ok(());
-        };
+        let Some((method, _)) = self.choice.method() else { return Ok(()) };
         let on_cpu = if method.masks().is_none() {
             let lights = 0..self.lab.view().lights.len();
             lights.map(|light| method.visibility(&self.lab, light)).collect::<Result<_, _>>()?
@@ -340,18 +297,18 @@ impl Session {
     fn text(&mut self, overlay: &mut Overlay) {
         let plain = |text: String| -> Line { (text, None) };
         if self.overlay {
-            let (entry, numbers) = (&self.entries[self.current], &self.numbers);
+            let (numbers, [place, count]) = (&self.numbers, self.choice.place());
             let status = Status {
-                method: &entry.spec.text,
-                place: [self.current + 1, self.entries.len()],
+                method: &self.choice.spec().text,
+                place: [place + 1, count],
                 device: &self.lab.device_name(),
                 cpu: self.lab.device_is_cpu(),
                 frame_ms: numbers.frame_ms,
                 times: &numbers.times,
                 statistics: &numbers.statistics,
-                slow: entry.method.as_ref().is_some_and(|method| method.masks().is_none()),
+                slow: self.choice.slow(),
                 frozen: self.frozen,
-                paged: settings::paged(&entry.spec),
+                paged: self.choice.paged(),
                 shows: self.show.name(),
             };
             overlay.panel(Corner::TopLeft, &status.lines());
