@@ -27,6 +27,8 @@ mod frame;
 mod frozen;
 #[path = "gpu/gradient.rs"]
 mod gradient;
+#[path = "gpu/host.rs"]
+mod host;
 #[path = "gpu/images.rs"]
 mod images;
 #[path = "gpu/lights.rs"]

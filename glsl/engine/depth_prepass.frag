@@ -24,6 +24,6 @@ void main() {
         discard;
     }
     n = normalize(n);
-    normal = encode_normal(dot(n, from_eye) > 0.0 ? -n : n);
+    normal = umbrage_encode_normal(dot(n, from_eye) > 0.0 ? -n : n);
     albedo = vec4(color.rgb, 1.0);
 }

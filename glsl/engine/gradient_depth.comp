@@ -12,6 +12,8 @@ layout(binding = 1) uniform sampler2D depth_image;
 #include "shared/receiver_plane.glsl"
 
 const float NONE = 1e30;
+// Share by which the changes on both sides of a pixel may differ on one plane.
+const float STRAIGHT = 0.05;
 
 // Stored depth of a pixel, NONE where there is no surface.
 float stored_at(ivec2 pixel) {
@@ -34,6 +36,10 @@ float slope(ivec2 pixel, ivec2 axis, float middle) {
     if (min(bend.x, bend.y) >= NONE) {
         return 0.0;
     }
+    // where the two sides are one line, their mean halves the rounding of depths
+    if (max(bend.x, bend.y) < 0.5 * NONE && abs(change.x - change.y) <= STRAIGHT * abs(change.x + change.y)) {
+        return 0.5 * (change.x + change.y);
+    }
     return bend.x < bend.y ? change.x : change.y;
 }
 
@@ -54,5 +60,5 @@ void main() {
     vec3 dx = frame.ray_dx.xyz + ray * rate * slope(ivec2(pixel), ivec2(1, 0), stored);
     vec3 dy = frame.ray_dy.xyz + ray * rate * slope(ivec2(pixel), ivec2(0, 1), stored);
     vec3 n = normalize(cross(dx, dy));
-    store_plane(pixel, depth, encode_normal(dot(n, ray) > 0.0 ? -n : n));
+    store_plane(pixel, depth, umbrage_encode_normal(dot(n, ray) > 0.0 ? -n : n));
 }

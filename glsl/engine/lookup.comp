@@ -201,7 +201,7 @@ float exact_visibility(uint slot, Light light, vec3 from_eye, vec3 n, vec3 dx, v
         if (index < RAY_CAPACITY) {
             ray_items[index] = uvec2(gl_GlobalInvocationID.x | gl_GlobalInvocationID.y << 16, room ? packed : 0u);
             rays[2u * index] = vec4(from, is_sun(light) ? 1e30 : 1.0);
-            rays[2u * index + 1u] = vec4(is_sun(light) ? -light.axis_z.xyz : -(from + light.eye.xyz), uintBitsToFloat(encode_normal(n)));
+            rays[2u * index + 1u] = vec4(is_sun(light) ? -light.axis_z.xyz : -(from + light.eye.xyz), uintBitsToFloat(umbrage_encode_normal(n)));
         }
         packed = 0u;
         index++;

@@ -11,14 +11,7 @@ float linear_depth(Frame frame, float depth) { return frame.ray_corner.w / (dept
 // Whether a depth value is that of a surface: not the far end of reversed (1 to 0) or of other (0 to 1) depth.
 bool is_surface(Frame frame, float depth) { return frame.ray_corner.w > 0.0 ? depth > 0.0 : depth < 1.0; }
 
-// Octahedral encoding of unit vectors in two 16-bit signed fractions.
-uint encode_normal(vec3 n) {
-    vec2 p = n.xy / (abs(n.x) + abs(n.y) + abs(n.z));
-    if (n.z < 0.0) {
-        p = (1.0 - abs(p.yx)) * vec2(p.x >= 0.0 ? 1.0 : -1.0, p.y >= 0.0 ? 1.0 : -1.0);
-    }
-    return packSnorm2x16(p);
-}
+#include "host/umbrage_normal.glsl"
 
 vec3 decode_normal(uint word) {
     vec2 p = unpackSnorm2x16(word);

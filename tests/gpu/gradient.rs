@@ -54,9 +54,9 @@ fn planes_of_scenes_are_the_twins() {
 #[test]
 fn normals_from_depth_are_those_of_the_surfaces() {
     for (name, (scene, view), most) in [
-        ("street", scenes::street([320, 180]), 0.02),
         ("sheet", scenes::sheet_over_floor([160, 90]), 0.003),
-        ("random", scenes::random([320, 180], 3), 0.02),
+        ("room", scenes::room([320, 180]), 0.01),
+        ("random", scenes::random([320, 180], 3), 0.015),
     ] {
         let size = view.size;
         let lab = Bench::new(scene, view);

@@ -1,0 +1,138 @@
+//! A renderer that brings up Vulkan by itself and has Umbrage make its shadows: its own pass draws colour, depth and
+//! normals, Umbrage records into the same command buffer, its own pass after that reads the mask.
+//!
+//!     cargo run --release --example host --features lab -- host.png
+//!
+//! Only the scene and the picture come from the lab; everything else is what a host has to write. Debugging: with
+//! `VK_LAYER_KHRONOS_validation` installed, `HOST_VALIDATION=1` turns it on.
+
+use ash::vk;
+use std::error::Error;
+use std::sync::atomic::Ordering;
+use umbrage::scene::Scene;
+use umbrage::{Attributes, Camera, Config, Engine, FrameInput, HostImage, ImageUse, Light, Meshes};
+use umbrage::{ReceiverImages, Receivers, SceneBuffers};
+
+type Result<T> = std::result::Result<T, Box<dyn Error>>;
+
+/// Width and height of the picture.
+pub const SIZE: [u32; 2] = [640, 360];
+/// Room behind the indices for those that Umbrage compacts, `Config::index_capacity`.
+const INDEX_ROOM: u32 = 1 << 20;
+
+#[cfg_attr(test, allow(dead_code))] // a test runs the renderer alone
+fn main() -> Result<()> {
+    let out = std::env::args().nth(1).ok_or("usage: host PICTURE.png")?;
+    let scene = opaque(umbrage::scene::builtin());
+    let vulkan = Vulkan::new(std::env::var_os("HOST_VALIDATION").is_some())?;
+    let pixels = render(&vulkan, &scene, &look(&scene), true, 3)?;
+    let lit = pixels.iter().filter(|p| **p >> 24 == 255).count();
+    println!("{lit} of {} pixels are lit", pixels.len());
+    let rgb: Vec<u8> = pixels.iter().flat_map(|p| p.to_le_bytes().into_iter().take(3)).collect();
+    let [width, height] = SIZE;
+    if MESSAGES.load(Ordering::Relaxed) > 0 {
+        return Err("the validation layer complained".into());
+    }
+    image::save_buffer(&out, &rgb, width, height, image::ColorType::Rgb8)?;
+    Ok(())
+}
+
+/// The host draws no alpha-tested materials, so nothing is cut away.
+pub fn opaque(mut scene: Scene) -> Scene {
+    scene.materials.iter_mut().for_each(|m| m.alpha_cutoff = 0.0);
+    scene.instances.iter_mut().for_each(|i| i.flags &= !umbrage::ALPHA_TESTED);
+    scene.meshes.iter_mut().for_each(|m| m.alpha_tested = false);
+    scene
+}
+
+/// Where the camera stands, and the sun.
+pub fn look(scene: &Scene) -> (Camera, Light) {
+    let reach = scene.diagonal();
+    let eye = scene.origin + reach * glam::DVec3::new(0.25, 0.12, 0.3);
+    let (near, far) = (1e-3 * reach, 10.0 * reach);
+    let camera = Camera { eye, target: scene.origin, up: glam::DVec3::Y, fov_y_deg: 50.0, near, far };
+    (camera, Light::directional(glam::DVec3::new(-0.5, -1.0, 0.3)))
+}
+
+/// Draws `frames` frames of a scene and returns the last: shaded colour, and visibility in the highest byte. `normals`:
+/// whether Umbrage sees the host's, or makes its own from depth.
+pub fn render(
+    vulkan: &Vulkan,
+    scene: &Scene,
+    (camera, sun): &(Camera, Light),
+    normals: bool,
+    frames: u32,
+) -> Result<Vec<u32>> {
+    use vk::BufferUsageFlags as U;
+    // what the host has: vertices, triangles of each mesh, placed instances. Umbrage cuts the meshes into clusters.
+    let triangles: Vec<&[u32]> =
+        scene.meshes.iter().map(|m| &scene.indices[m.first_index as usize..][..m.index_count as usize]).collect();
+    let meshes = Meshes::new(&scene.positions, &triangles)?;
+    let mut indices = meshes.indices.clone();
+    indices.resize(indices.len() + INDEX_ROOM as usize, 0);
+    let attributes = vec![Attributes { uv: [0.0; 2], color: u32::MAX }; scene.positions.len()];
+    let storage = |bytes: &[u8], usage| vulkan.buffer(bytes, U::STORAGE_BUFFER | usage);
+    let buffers = SceneBuffers {
+        positions: storage(bytemuck::cast_slice(&scene.positions), U::VERTEX_BUFFER)?,
+        attributes: storage(bytemuck::cast_slice(&attributes), U::VERTEX_BUFFER)?,
+        indices: storage(bytemuck::cast_slice(&indices), U::INDEX_BUFFER)?,
+        index_count: meshes.indices.len() as u32,
+        clusters: storage(bytemuck::cast_slice(&meshes.clusters), U::empty())?,
+        meshlets: storage(bytemuck::cast_slice(&meshes.meshlets), U::empty())?,
+        instances: storage(bytemuck::cast_slice(&scene.instances), U::empty())?,
+        instance_count: scene.instances.len() as u32,
+        meshes: storage(bytemuck::cast_slice(&meshes.meshes), U::empty())?,
+        materials: storage(bytemuck::cast_slice(&scene.materials), U::empty())?,
+        texels: storage(&[0; 16], U::empty())?,
+        shapes: None,
+        caster_count: meshes.caster_count(scene.instances.iter().map(|i| i.mesh)),
+        alpha_tested: false,
+        bounds_min: (scene.bounds_min - scene.origin).to_array(),
+        bounds_max: (scene.bounds_max - scene.origin).to_array(),
+    };
+
+    // what the host draws into; depth and normals are what Umbrage sees of it
+    use vk::ImageUsageFlags as I;
+    let color = vulkan.image(vk::Format::R8G8B8A8_UNORM, I::COLOR_ATTACHMENT | I::SAMPLED)?;
+    let normal = vulkan.image(vk::Format::R32_UINT, I::COLOR_ATTACHMENT | I::SAMPLED)?;
+    let depth = vulkan.image(vk::Format::D32_SFLOAT, I::DEPTH_STENCIL_ATTACHMENT | I::SAMPLED)?;
+    let given = |(image, view), format, used| {
+        let samples = vk::SampleCountFlags::TYPE_1;
+        HostImage { image, view, format, samples, layer: 0, used }
+    };
+    let images = [ReceiverImages {
+        depth: given(depth, vk::Format::D32_SFLOAT, ImageUse::DEPTH_ATTACHMENT),
+        normal: normals.then(|| given(normal, vk::Format::R32_UINT, ImageUse::COLOR_ATTACHMENT)),
+    }];
+    let views = [Receivers { size: SIZE, images: &images, mask: ImageUse::SAMPLED }];
+
+    // the engine, and its only light
+    let config = Config { index_capacity: INDEX_ROOM, ..Config::new(SIZE) };
+    // SAFETY: the device has what `requirements` asks for, and everything outlives the engine
+    let mut engine = unsafe { Engine::new(&vulkan.host, &config, &buffers, &views)? };
+    engine.add_light(sun)?;
+    let input = FrameInput::new(camera, SIZE, scene.origin);
+
+    let (_, mask) = engine.mask(0);
+    let pixels = vulkan.host_visible(4 * u64::from(SIZE[0] * SIZE[1]), U::STORAGE_BUFFER)?;
+    let before = vulkan.draw_pipeline()?;
+    let after = vulkan.shade_pipeline(color.1, mask, pixels.0)?;
+    for _ in 0..frames {
+        let mut recorded = None;
+        vulkan.submit(|cmd| {
+            vulkan.draw(cmd, &before, [color, normal, depth], &buffers, scene, &input);
+            // SAFETY: recording, outside of rendering; every frame is submitted, in order
+            recorded = Some(unsafe { engine.record(cmd, &[input]) });
+            vulkan.shade(cmd, &after);
+        })?;
+        if let Some(counters) = recorded.transpose()?.and_then(|frame| engine.counters(frame)) {
+            println!("{} pages asked for, {} drawn", counters.leaves, counters.drawn);
+        }
+    }
+    // SAFETY: mapped for as long as the device lives; the last frame was waited for
+    Ok(unsafe { std::slice::from_raw_parts(pixels.1.cast::<u32>(), (SIZE[0] * SIZE[1]) as usize) }.to_vec())
+}
+
+#[path = "host/vulkan.rs"]
+mod vulkan;
+pub use vulkan::{MESSAGES, Vulkan};
