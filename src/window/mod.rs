@@ -68,7 +68,11 @@ pub struct Content {
 pub fn run(options: WindowOptions, content: Content) -> Result<Vec<String>, LabError> {
     content.view.check().map_err(LabError::Usage)?;
     surface::display()?;
-    let events = EventLoop::new().map_err(|error| surface::refused(&error.to_string()))?;
+    // winit panics where libxkbcommon-x11 is missing
+    let events = match std::panic::catch_unwind(EventLoop::new) {
+        Ok(events) => events.map_err(|error| surface::refused(&error.to_string()))?,
+        Err(panic) => return Err(surface::refused(&surface::text_of(panic.as_ref()))),
+    };
     let mut app = app::App::new(options, content);
     events.run_app(&mut app).map_err(|error| surface::refused(&error.to_string()))?;
     app.result()

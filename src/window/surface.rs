@@ -26,6 +26,12 @@ pub(super) fn refused(why: &str) -> LabError {
     LabError::Refused(format!("no window can be opened: {why}; `umbrage render` needs none"))
 }
 
+/// What a panic said, without its full stop.
+pub(super) fn text_of(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().copied().or_else(|| panic.downcast_ref::<String>().map(String::as_str));
+    text.unwrap_or("unknown cause").trim_end_matches('.').to_owned()
+}
+
 /// Gives `open` what a device needs to present on a window.
 pub(super) fn present_on<R>(
     window: &Window,
@@ -53,5 +59,13 @@ mod tests {
         let long = text("os error at /home/x/winit-0.30/src/linux/mod.rs:743: cannot open it: no server");
         assert!(long.starts_with("no window can be opened: cannot open it: no server;"), "{long}");
         assert!(text("plain cause").contains("opened: plain cause;"));
+    }
+
+    #[test]
+    fn panics_keep_their_text() {
+        let text = |panic: Box<dyn std::any::Any + Send>| super::text_of(panic.as_ref());
+        assert_eq!(text(Box::new("cannot be loaded.")), "cannot be loaded");
+        assert_eq!(text(Box::new(String::from("neither"))), "neither");
+        assert_eq!(text(Box::new(7)), "unknown cause");
     }
 }
