@@ -68,7 +68,7 @@
 //! # Features
 //!
 //! Without features the crate is the engine alone. `lab` adds glTF scenes, the other methods, the ray-traced reference
-//! and pictures; `cli` adds the program `umbrage`.
+//! and pictures; `window` adds a window to look through; `cli` adds the program `umbrage`.
 //!
 //! # Spaces and units
 //!
@@ -106,6 +106,8 @@ pub mod truth;
 pub mod twin;
 #[cfg(feature = "lab")]
 pub mod view;
+#[cfg(feature = "window")]
+pub mod window;
 
 pub use camera::Camera;
 pub use casters::{

@@ -27,6 +27,8 @@ mod failing;
 mod filter;
 #[path = "gpu/frame.rs"]
 mod frame;
+#[path = "gpu/frozen.rs"]
+mod frozen;
 #[path = "gpu/gradient.rs"]
 mod gradient;
 #[path = "gpu/host.rs"]

@@ -31,6 +31,21 @@ impl FrameData {
 }
 
 impl Engine {
+    /// Writes what the CPU knows of a frame.
+    pub(super) fn upload(&self, cmd: vk::CommandBuffer, data: &FrameData) {
+        let (device, b) = (&self.gpu.device, &self.buffers);
+        // SAFETY: the command buffer is recording; the constants are smaller than 64 KiB
+        unsafe {
+            for (frame, constants) in b.frames.iter().zip(&data.constants) {
+                device.cmd_update_buffer(cmd, frame.raw, 0, bytemuck::bytes_of(constants));
+            }
+            let records: &[u8] = bytemuck::cast_slice(&data.lights);
+            for (i, part) in records.chunks(UPDATE).enumerate() {
+                device.cmd_update_buffer(cmd, b.lights.raw, (i * UPDATE) as u64, part);
+            }
+        }
+    }
+
     /// Records one frame. Commands do not depend on what the GPU finds.
     pub(super) fn record_timeline(&self, cmd: vk::CommandBuffer, data: &FrameData, mut timer: Option<&mut Timer>) {
         let constants = &data.constants[0];
@@ -60,15 +75,9 @@ impl Engine {
                 (IndirectRead, ComputeWrite),
             ],
         );
-        // SAFETY: the command buffer is recording; the constants are smaller than 64 KiB
+        self.upload(cmd, data);
+        // SAFETY: the command buffer is recording
         unsafe {
-            for (frame, constants) in b.frames.iter().zip(&data.constants) {
-                device.cmd_update_buffer(cmd, frame.raw, 0, bytemuck::bytes_of(constants));
-            }
-            let records: &[u8] = bytemuck::cast_slice(&data.lights);
-            for (i, part) in records.chunks(UPDATE).enumerate() {
-                device.cmd_update_buffer(cmd, b.lights.raw, (i * UPDATE) as u64, part);
-            }
             for buffer in [&b.counters, &b.table_keys, &b.entries, &b.nodes, &b.histogram, &b.roots] {
                 device.cmd_fill_buffer(cmd, buffer.raw, 0, vk::WHOLE_SIZE, 0);
             }

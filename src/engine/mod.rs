@@ -11,6 +11,8 @@ pub(crate) mod cull;
 pub(crate) mod depth_prepass;
 pub(crate) mod exact;
 mod frame;
+#[cfg(feature = "lab")]
+mod frozen;
 pub(crate) mod gradient;
 pub(crate) mod lights;
 pub(crate) mod lookup;

@@ -315,3 +315,34 @@ pub struct Slices {
     pub outside: u32,
     pub splits: [f32; 9],
 }
+
+/// A light that the window shades with; see `glsl/window/palette.glsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct ShadeLight {
+    pub place: [f32; 4],
+    pub direction: [f32; 4],
+    pub cone: [f32; 4],
+}
+
+/// Push constants of `window/shade.comp`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct ShadePush {
+    pub up: [f32; 4],
+    pub count: u32,
+    pub bits: u32,
+    pub show: u32,
+    pub sun_at: f32,
+}
+
+/// Push constants of `window/atlas.comp`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct AtlasPush {
+    pub columns: u32,
+    pub cell: u32,
+}
