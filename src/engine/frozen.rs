@@ -8,7 +8,6 @@ use crate::gpu::sync::{self, Access::*};
 use crate::host::FrameInput;
 use crate::{Error, engine::frame::FrameData};
 use ash::vk;
-use bytemuck::Zeroable;
 use std::mem::offset_of;
 
 /// More requests than any table holds: an attempt that stands at these asks for nothing and only finds the lights of each
@@ -33,13 +32,8 @@ impl Engine {
         let last = History { flags: 0, ..self.history };
         let mut data = FrameData::default();
         self.fill(&mut data, std::slice::from_ref(input), &last)?;
-        let first = data.lights.first().copied().unwrap_or(Zeroable::zeroed());
-        let used = data.lights.len() as u32;
-        for constants in &mut data.constants {
-            constants.lights = [used, u32::from(self.lights.any_local()), 0, 0];
-            constants.sun = first;
-        }
-        let sun = used == 1 && first.kind[0] == light_kind::DIRECTIONAL;
+        self.finish(&mut data, 0);
+        let sun = data.lights.len() == 1 && data.lights[0].kind[0] == light_kind::DIRECTIONAL;
         let view = &self.views[0];
         let (images, gradient) = view.gradients.get(input.images).ok_or_else(|| Error::Limit {
             field: "images of a view",

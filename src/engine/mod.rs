@@ -273,26 +273,32 @@ impl Engine {
             bias: self.steering.bias(),
             page_cost: self.steering.page_cost(),
         };
-        let (used, local) = (self.lights.used(), u32::from(self.lights.any_local()));
+        let used = self.lights.used();
         let mut data = std::mem::take(&mut self.data);
         let filled = self.fill(&mut data, inputs, &next);
         if filled.is_ok() {
             if self.lights.turned(&mut data.lights[..used as usize]) {
                 next.flags |= frame_flags::LIGHT_MOVED;
             }
-            for (view, constants) in (0..).zip(&mut data.constants) {
-                constants.cache[0] = next.flags;
-                constants.size[3] = view * used;
-                let flags = u32::from(self.config.level_blend) | u32::from(self.config.filter.ranged()) << 1;
-                constants.lights = [used, local, self.config.gutter, flags];
-                constants.sun = data.lights.get((view * used) as usize).copied().unwrap_or(Zeroable::zeroed());
-            }
+            self.finish(&mut data, next.flags);
             self.history = next;
             self.recorded += 1;
             self.record_timeline(cmd, &data, timer);
         }
         self.data = data;
         filled.map(|()| FrameId(self.recorded))
+    }
+
+    /// What the constants of the views take from all lights.
+    fn finish(&self, data: &mut FrameData, flags: u32) {
+        let (used, local) = (self.lights.used(), u32::from(self.lights.any_local()));
+        let lookup = u32::from(self.config.level_blend) | u32::from(self.config.filter.ranged()) << 1;
+        for (view, constants) in (0..).zip(&mut data.constants) {
+            constants.cache[0] = flags;
+            constants.size[3] = view * used;
+            constants.lights = [used, local, self.config.gutter, lookup];
+            constants.sun = data.lights.get((view * used) as usize).copied().unwrap_or(Zeroable::zeroed());
+        }
     }
 
     /// What depends on the inputs alone.
