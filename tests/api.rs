@@ -24,7 +24,7 @@ fn names() -> Vec<String> {
     let text = fs::read_to_string(root().join("src/lib.rs")).unwrap();
     let uses = text.split("\npub use ").skip(1).map(|rest| rest.split(';').next().unwrap().to_owned());
     let list = uses.flat_map(|path| {
-        let (_, tail) = path.rsplit_once("::").or(Some(("", path.as_str()))).unwrap();
+        let (_, tail) = path.rsplit_once("::").unwrap_or(("", path.as_str()));
         let inside =
             path.split_once('{').map_or(tail.to_owned(), |(_, list)| list.trim_end_matches(['}', '\n', ' ']).into());
         inside.split(',').map(|name| name.trim().to_owned()).filter(|n| !n.is_empty()).collect::<Vec<_>>()
