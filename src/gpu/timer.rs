@@ -1,6 +1,7 @@
 //! GPU timestamps, one name a stage.
 
-use super::{Gpu, sync};
+use super::Gpu;
+use super::sync::{self, Access};
 use crate::error::{Context, Error};
 use ash::vk;
 use std::sync::Arc;
@@ -36,6 +37,8 @@ impl Timer {
             self.names.push(name);
             // SAFETY: the query was reset by `begin`
             unsafe { self.gpu.device.cmd_write_timestamp2(cmd, sync::TIMESTAMP_STAGE, self.pool, index) };
+            // without it lavapipe may run what follows before it takes the time
+            sync::barrier(&self.gpu.device, cmd, &[(Access::ComputeWrite, Access::ComputeWrite)]);
         }
     }
 
