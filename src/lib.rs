@@ -34,6 +34,8 @@
 //! length of one of level l - 1. Image row 0 is the top, pixel centres lie at +0.5, depth is reversed.
 
 mod camera;
+#[cfg(feature = "capi")]
+pub mod capi;
 mod casters;
 mod config;
 mod engine;
