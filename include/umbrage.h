@@ -21,8 +21,6 @@
 // Marks "no texture" in Material::texel_offset.
 #define UMBRAGE_NO_TEXTURE UINT32_MAX
 
-typedef struct Option_PFN_vkGetInstanceProcAddr Option_PFN_vkGetInstanceProcAddr;
-
 // The lights and the views of one scene. One thread at a time may use an engine; any thread may be that one.
 typedef struct UmbrageEngine UmbrageEngine;
 
@@ -127,9 +125,6 @@ typedef struct {
     uint32_t reserved;
 } UmbrageConfig;
 
-// C's function pointers may be null.
-typedef Option_PFN_vkGetInstanceProcAddr PFN_vkGetInstanceProcAddr;
-
 // Handles that the host made and keeps alive as long as any engine made from them.
 typedef struct {
     // sizeof(UmbrageDevice).
@@ -147,14 +142,6 @@ typedef struct {
     // Whether what umbrage_enable_ray_queries names is enabled on the device.
     VkBool32 ray_query;
 } UmbrageDevice;
-
-typedef PhysicalDeviceVulkan12Features VkPhysicalDeviceVulkan12Features;
-
-typedef PhysicalDeviceVulkan13Features VkPhysicalDeviceVulkan13Features;
-
-typedef PhysicalDeviceAccelerationStructureFeaturesKHR VkPhysicalDeviceAccelerationStructureFeaturesKHR;
-
-typedef PhysicalDeviceRayQueryFeaturesKHR VkPhysicalDeviceRayQueryFeaturesKHR;
 
 // What the engine draws: buffers that the host fills, keeps alive, and changes only between frames, ordered before the
 // engine's commands. All need storage usage; positions and attributes also vertex usage, indices also index usage.
@@ -536,7 +523,7 @@ extern "C" {
 
 // Fills a config with the defaults for an image of so many pixels. struct_size: sizeof(UmbrageConfig).
 //
-// # Safety
+// What the caller sees to:
 // config: room for struct_size bytes.
 UmbrageResult umbrage_config_default(UmbrageConfig *config,
                                      size_t struct_size,
@@ -552,14 +539,14 @@ uint64_t umbrage_table_bytes(uint32_t requests);
 // Whether the engine can run on a physical device; before there is a device. Otherwise UMBRAGE_ERROR_UNSUPPORTED, and
 // the message names everything that is missing, one phrase a line.
 //
-// # Safety
+// What the caller sees to:
 // device: valid handles; its device may be null.
 UmbrageResult umbrage_check_device(const UmbrageDevice *device);
 
 // Switches on what the engine needs in the structs that the host passes to vkCreateDevice (API version 1.3), and what it
 // uses where the device has it. Everything else in them stays as it is, so their sType must be set before.
 //
-// # Safety
+// What the caller sees to:
 // device: valid handles; its device may be null.
 UmbrageResult umbrage_enable_features(const UmbrageDevice *device,
                                       VkPhysicalDeviceFeatures *features,
@@ -570,7 +557,7 @@ UmbrageResult umbrage_enable_features(const UmbrageDevice *device,
 // the names of the device extensions (an array that lives for ever). UMBRAGE_ERROR_UNSUPPORTED where the device has
 // none. The structs go to vkCreateDevice; their sType must be set before.
 //
-// # Safety
+// What the caller sees to:
 // device: valid handles; its device may be null.
 UmbrageResult umbrage_enable_ray_queries(const UmbrageDevice *device,
                                          VkPhysicalDeviceVulkan12Features *vulkan12,
@@ -582,7 +569,7 @@ UmbrageResult umbrage_enable_ray_queries(const UmbrageDevice *device,
 // Makes an engine and everything it needs; nothing is allocated on the device afterwards. views: what each view of a frame
 // sees, 1 to 16; they share pages. Structs and arrays are not kept, Vulkan handles are.
 //
-// # Safety
+// What the caller sees to:
 // All handles must be valid, made with what umbrage_enable_features switches on, and outlive the engine.
 UmbrageResult umbrage_engine_create(const UmbrageDevice *device,
                                     const UmbrageConfig *config,
@@ -593,20 +580,20 @@ UmbrageResult umbrage_engine_create(const UmbrageDevice *device,
 
 // Destroys an engine; null is allowed.
 //
-// # Safety
+// What the caller sees to:
 // engine: made and not destroyed, or null; no recorded frame may still be running or waiting to run.
 void umbrage_engine_destroy(UmbrageEngine *engine);
 
 // Adds a light, between frames. UMBRAGE_ERROR_LIMIT for a light out of range, and beyond the config's lights.
 //
-// # Safety
+// What the caller sees to:
 // engine: made and not destroyed.
 UmbrageResult umbrage_add_light(UmbrageEngine *engine, const UmbrageLight *light, UmbrageLightId *id);
 
 // Changes a light, between frames. Pages of a directional light outlive small turns (drift_texels); those of others are
 // drawn anew after any change. UMBRAGE_ERROR_LIMIT also for the id of a light that was removed.
 //
-// # Safety
+// What the caller sees to:
 // engine: made and not destroyed.
 UmbrageResult umbrage_set_light(UmbrageEngine *engine,
                                 UmbrageLightId id,
@@ -614,21 +601,21 @@ UmbrageResult umbrage_set_light(UmbrageEngine *engine,
 
 // Removes a light, between frames; its slot may be given to another.
 //
-// # Safety
+// What the caller sees to:
 // engine: made and not destroyed.
 UmbrageResult umbrage_remove_light(UmbrageEngine *engine, UmbrageLightId id);
 
 // Forgets all pages and casters: the next frame is a first one. For hosts that recorded a frame and never submitted it, or
 // changed their buffers without telling.
 //
-// # Safety
+// What the caller sees to:
 // engine: made and not destroyed.
 UmbrageResult umbrage_forget(UmbrageEngine *engine);
 
 // Records one frame; inputs: one for each view. The commands take the receivers' images from their last use and the masks
 // to theirs. frame: where its number goes, or null. After an error nothing was recorded.
 //
-// # Safety
+// What the caller sees to:
 // commands: recording outside of rendering, on a queue with graphics and compute. Every recorded frame of an engine must
 // run, once, in the order of recording and on one queue (else call umbrage_forget). Any number of frames may be in flight.
 // What the host changes in its buffers is ordered before the commands and after those of the frame before.
@@ -641,7 +628,7 @@ UmbrageResult umbrage_record(UmbrageEngine *engine,
 // Makes the views anew, as many as there were, for other sizes or other images; pages and lights stay. After an error the
 // engine is as it was.
 //
-// # Safety
+// What the caller sees to:
 // As umbrage_engine_create; no recorded frame may still be running or waiting to run.
 UmbrageResult umbrage_resize(UmbrageEngine *engine,
                              const UmbrageView *views,
@@ -651,7 +638,7 @@ UmbrageResult umbrage_resize(UmbrageEngine *engine,
 // target_ms; without a target, and for a frame whose counters are not kept, nothing happens. tiles_ms: the part of it
 // spent in culling and tiles, 0 where that is not known. Call it once a frame, in order.
 //
-// # Safety
+// What the caller sees to:
 // engine: made and not destroyed.
 UmbrageResult umbrage_steer(UmbrageEngine *engine,
                             uint64_t frame,
@@ -661,7 +648,7 @@ UmbrageResult umbrage_steer(UmbrageEngine *engine,
 // Counters of a frame that the caller has waited for. UMBRAGE_ERROR_LIMIT for a frame that was not recorded, or so long ago
 // that frames_in_flight later ones were. struct_size: sizeof(UmbrageCounters).
 //
-// # Safety
+// What the caller sees to:
 // engine: made and not destroyed. counters: room for struct_size bytes.
 UmbrageResult umbrage_counters(const UmbrageEngine *engine,
                                uint64_t frame,
@@ -671,7 +658,7 @@ UmbrageResult umbrage_counters(const UmbrageEngine *engine,
 // Device memory by purpose. memory: null to ask for the number of purposes, else room for *count of them. *count becomes the
 // number that there are; UMBRAGE_ERROR_LIMIT where there is less room, which then is filled.
 //
-// # Safety
+// What the caller sees to:
 // engine: made and not destroyed.
 UmbrageResult umbrage_memory(const UmbrageEngine *engine,
                              UmbrageMemory *memory,
@@ -682,7 +669,7 @@ UmbrageResult umbrage_memory(const UmbrageEngine *engine,
 // filter or several samples a pixel. With 32 bits the words are floats, and layer i is the light of slot i. They change
 // with umbrage_resize.
 //
-// # Safety
+// What the caller sees to:
 // engine: made and not destroyed.
 UmbrageResult umbrage_mask(const UmbrageEngine *engine,
                            uint32_t view,
@@ -699,7 +686,7 @@ uint32_t umbrage_light_slot(UmbrageLightId light);
 // Cuts meshes into clusters. positions: of all vertices, mesh space. UMBRAGE_ERROR_LIMIT for a mesh without triangles, an
 // index beyond the positions and a position that is not finite. The pointers are not kept.
 //
-// # Safety
+// What the caller sees to:
 // Pointers to as many elements as their counts say.
 UmbrageResult umbrage_meshes_create(const float (*positions)[3],
                                     size_t position_count,
@@ -709,14 +696,14 @@ UmbrageResult umbrage_meshes_create(const float (*positions)[3],
 
 // Says where the data lie; valid until the meshes are destroyed.
 //
-// # Safety
+// What the caller sees to:
 // meshes: made and not destroyed.
 UmbrageResult umbrage_meshes_data(const UmbrageMeshes *meshes, UmbrageMeshData *data);
 
 // Clusters of all these instances together: caster_count of UmbrageScene. UMBRAGE_ERROR_LIMIT for an instance of a mesh that
 // is not there, and for 2^32 clusters and more.
 //
-// # Safety
+// What the caller sees to:
 // meshes: made and not destroyed. instances: as many as instance_count says.
 UmbrageResult umbrage_meshes_caster_count(const UmbrageMeshes *meshes,
                                           const UmbrageInstance *instances,
@@ -725,14 +712,14 @@ UmbrageResult umbrage_meshes_caster_count(const UmbrageMeshes *meshes,
 
 // Frees meshes; null is allowed.
 //
-// # Safety
+// What the caller sees to:
 // meshes: made and not destroyed, or null.
 void umbrage_meshes_destroy(UmbrageMeshes *meshes);
 
 // Makes an instance of policy auto. rows: of the affine matrix from mesh space to world space relative to the scene's
 // origin, double precision, of which the instance keeps about 48 bits of the translation.
 //
-// # Safety
+// What the caller sees to:
 // rows: three.
 UmbrageResult umbrage_instance_init(UmbrageInstance *instance,
                                     const double (*rows)[4],
@@ -741,223 +728,9 @@ UmbrageResult umbrage_instance_init(UmbrageInstance *instance,
 
 // Makes a white, opaque material without a texture.
 //
-// # Safety
+// What the caller sees to:
 // material: room for one.
 UmbrageResult umbrage_material_init(UmbrageMaterial *material);
-
-// Fills a config with the defaults for an image of so many pixels. struct_size: sizeof(UmbrageConfig).
-//
-// # Safety
-// config: room for struct_size bytes.
-UmbrageResult umbrage_config_default(UmbrageConfig *config,
-                                     size_t struct_size,
-                                     uint32_t width,
-                                     uint32_t height);
-
-// The least pair_capacity for a number of casters; see UmbrageScene.
-uint32_t umbrage_least_pairs(uint32_t casters);
-
-// Bytes of a page table for so many distinct pages that pixels may ask for.
-uint64_t umbrage_table_bytes(uint32_t requests);
-
-// Whether the engine can run on a physical device; before there is a device. Otherwise UMBRAGE_ERROR_UNSUPPORTED, and
-// the message names everything that is missing, one phrase a line.
-//
-// # Safety
-// device: valid handles; its device may be null.
-UmbrageResult umbrage_check_device(const UmbrageDevice *device);
-
-// Switches on what the engine needs in the structs that the host passes to vkCreateDevice (API version 1.3), and what it
-// uses where the device has it. Everything else in them stays as it is, so their sType must be set before.
-//
-// # Safety
-// device: valid handles; its device may be null.
-UmbrageResult umbrage_enable_features(const UmbrageDevice *device,
-                                      VkPhysicalDeviceFeatures *features,
-                                      VkPhysicalDeviceVulkan12Features *vulkan12,
-                                      VkPhysicalDeviceVulkan13Features *vulkan13);
-
-// Switches on what ray queries need, by which exact shadows are faster on devices that trace in hardware, and hands out
-// the names of the device extensions (an array that lives for ever). UMBRAGE_ERROR_UNSUPPORTED where the device has
-// none. The structs go to vkCreateDevice; their sType must be set before.
-//
-// # Safety
-// device: valid handles; its device may be null.
-UmbrageResult umbrage_enable_ray_queries(const UmbrageDevice *device,
-                                         VkPhysicalDeviceVulkan12Features *vulkan12,
-                                         VkPhysicalDeviceAccelerationStructureFeaturesKHR *acceleration_structure,
-                                         VkPhysicalDeviceRayQueryFeaturesKHR *ray_query,
-                                         const char *const **extensions,
-                                         uint32_t *extension_count);
-
-// Makes an engine and everything it needs; nothing is allocated on the device afterwards. views: what each view of a frame
-// sees, 1 to 16; they share pages. Structs and arrays are not kept, Vulkan handles are.
-//
-// # Safety
-// All handles must be valid, made with what umbrage_enable_features switches on, and outlive the engine.
-UmbrageResult umbrage_engine_create(const UmbrageDevice *device,
-                                    const UmbrageConfig *config,
-                                    const UmbrageScene *scene,
-                                    const UmbrageView *views,
-                                    size_t view_count,
-                                    UmbrageEngine **engine);
-
-// Destroys an engine; null is allowed.
-//
-// # Safety
-// engine: made and not destroyed, or null; no recorded frame may still be running or waiting to run.
-void umbrage_engine_destroy(UmbrageEngine *engine);
-
-// Adds a light, between frames. UMBRAGE_ERROR_LIMIT for a light out of range, and beyond the config's lights.
-//
-// # Safety
-// engine: made and not destroyed.
-UmbrageResult umbrage_add_light(UmbrageEngine *engine, const UmbrageLight *light, UmbrageLightId *id);
-
-// Changes a light, between frames. Pages of a directional light outlive small turns (drift_texels); those of others are
-// drawn anew after any change. UMBRAGE_ERROR_LIMIT also for the id of a light that was removed.
-//
-// # Safety
-// engine: made and not destroyed.
-UmbrageResult umbrage_set_light(UmbrageEngine *engine,
-                                UmbrageLightId id,
-                                const UmbrageLight *light);
-
-// Removes a light, between frames; its slot may be given to another.
-//
-// # Safety
-// engine: made and not destroyed.
-UmbrageResult umbrage_remove_light(UmbrageEngine *engine, UmbrageLightId id);
-
-// Forgets all pages and casters: the next frame is a first one. For hosts that recorded a frame and never submitted it, or
-// changed their buffers without telling.
-//
-// # Safety
-// engine: made and not destroyed.
-UmbrageResult umbrage_forget(UmbrageEngine *engine);
-
-// Records one frame; inputs: one for each view. The commands take the receivers' images from their last use and the masks
-// to theirs. frame: where its number goes, or null. After an error nothing was recorded.
-//
-// # Safety
-// commands: recording outside of rendering, on a queue with graphics and compute. Every recorded frame of an engine must
-// run, once, in the order of recording and on one queue (else call umbrage_forget). Any number of frames may be in flight.
-// What the host changes in its buffers is ordered before the commands and after those of the frame before.
-UmbrageResult umbrage_record(UmbrageEngine *engine,
-                             VkCommandBuffer commands,
-                             const UmbrageFrameInput *inputs,
-                             size_t input_count,
-                             uint64_t *frame);
-
-// Makes the views anew, as many as there were, for other sizes or other images; pages and lights stay. After an error the
-// engine is as it was.
-//
-// # Safety
-// As umbrage_engine_create; no recorded frame may still be running or waiting to run.
-UmbrageResult umbrage_resize(UmbrageEngine *engine,
-                             const UmbrageView *views,
-                             size_t view_count);
-
-// Tells how long the GPU took for a finished frame, in milliseconds, from which the engine steers its work towards
-// target_ms; without a target, and for a frame whose counters are not kept, nothing happens. tiles_ms: the part of it
-// spent in culling and tiles, 0 where that is not known. Call it once a frame, in order.
-//
-// # Safety
-// engine: made and not destroyed.
-UmbrageResult umbrage_steer(UmbrageEngine *engine,
-                            uint64_t frame,
-                            double gpu_ms,
-                            double tiles_ms);
-
-// Counters of a frame that the caller has waited for. UMBRAGE_ERROR_LIMIT for a frame that was not recorded, or so long ago
-// that frames_in_flight later ones were. struct_size: sizeof(UmbrageCounters).
-//
-// # Safety
-// engine: made and not destroyed. counters: room for struct_size bytes.
-UmbrageResult umbrage_counters(const UmbrageEngine *engine,
-                               uint64_t frame,
-                               UmbrageCounters *counters,
-                               size_t struct_size);
-
-// Device memory by purpose. memory: null to ask for the number of purposes, else room for *count of them. *count becomes the
-// number that there are; UMBRAGE_ERROR_LIMIT where there is less room, which then is filled.
-//
-// # Safety
-// engine: made and not destroyed.
-UmbrageResult umbrage_memory(const UmbrageEngine *engine,
-                             UmbrageMemory *memory,
-                             uint32_t *count);
-
-// The mask of a view, of its size: an array of R32_UINT images with mask_bits for each light, in the order of slots from the
-// lowest bits of the first layer. 1 lit, 0 shadowed or not reached by the light, 1 where there is no surface, shares with a
-// filter or several samples a pixel. With 32 bits the words are floats, and layer i is the light of slot i. They change
-// with umbrage_resize.
-//
-// # Safety
-// engine: made and not destroyed.
-UmbrageResult umbrage_mask(const UmbrageEngine *engine,
-                           uint32_t view,
-                           VkImage *image,
-                           VkImageView *image_view);
-
-// The message of the last failure on the calling thread: UTF-8, empty before the first one. It stays as it is until another
-// call fails on this thread; calls that succeed do not clear it. Never null.
-const char *umbrage_last_error(void);
-
-// Slot of a light: its place in the mask and what the lookup in a shader takes.
-uint32_t umbrage_light_slot(UmbrageLightId light);
-
-// Cuts meshes into clusters. positions: of all vertices, mesh space. UMBRAGE_ERROR_LIMIT for a mesh without triangles, an
-// index beyond the positions and a position that is not finite. The pointers are not kept.
-//
-// # Safety
-// Pointers to as many elements as their counts say.
-UmbrageResult umbrage_meshes_create(const float (*positions)[3],
-                                    size_t position_count,
-                                    const UmbrageTriangles *meshes,
-                                    size_t mesh_count,
-                                    UmbrageMeshes **made);
-
-// Says where the data lie; valid until the meshes are destroyed.
-//
-// # Safety
-// meshes: made and not destroyed.
-UmbrageResult umbrage_meshes_data(const UmbrageMeshes *meshes, UmbrageMeshData *data);
-
-// Clusters of all these instances together: caster_count of UmbrageScene. UMBRAGE_ERROR_LIMIT for an instance of a mesh that
-// is not there, and for 2^32 clusters and more.
-//
-// # Safety
-// meshes: made and not destroyed. instances: as many as instance_count says.
-UmbrageResult umbrage_meshes_caster_count(const UmbrageMeshes *meshes,
-                                          const UmbrageInstance *instances,
-                                          size_t instance_count,
-                                          uint32_t *caster_count);
-
-// Frees meshes; null is allowed.
-//
-// # Safety
-// meshes: made and not destroyed, or null.
-void umbrage_meshes_destroy(UmbrageMeshes *meshes);
-
-// Makes an instance of policy auto. rows: of the affine matrix from mesh space to world space relative to the scene's
-// origin, double precision, of which the instance keeps about 48 bits of the translation.
-//
-// # Safety
-// rows: three.
-UmbrageResult umbrage_instance_init(UmbrageInstance *instance,
-                                    const double (*rows)[4],
-                                    uint32_t mesh,
-                                    uint32_t material);
-
-// Makes a white, opaque material without a texture.
-//
-// # Safety
-// material: room for one.
-UmbrageResult umbrage_material_init(UmbrageMaterial *material);
-
-// Packs a unit vector as the normal image holds it.
-uint32_t umbrage_encode_normal(float x, float y, float z);
 
 // Packs a unit vector as the normal image holds it.
 uint32_t umbrage_encode_normal(float x, float y, float z);

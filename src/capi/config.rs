@@ -2,8 +2,8 @@
 
 use super::guard::{Failure, UmbrageResult, guard};
 use super::input::{fill, sized, zero};
+use super::vulkan::VkBool32;
 use crate::{Config, Cull, Filter, LevelRule, Pressure, RequestRoute};
-use ash::vk::Bool32 as VkBool32;
 
 /// What the lookup makes of the casters around a receiver: one of UMBRAGE_FILTER_*.
 pub type UmbrageFilter = u32;

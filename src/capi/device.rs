@@ -2,21 +2,11 @@
 
 use super::guard::{Failure, UMBRAGE_ERROR_UNSUPPORTED, UmbrageResult, guard};
 use super::input::{mutable, output, present, sized};
+use super::vulkan::*;
 use crate::{HostDevice, missing_features, requirements};
-use ash::vk;
-use ash::vk::{
-    Bool32 as VkBool32, Device as VkDevice, Instance as VkInstance, PhysicalDevice as VkPhysicalDevice,
-    PhysicalDeviceFeatures as VkPhysicalDeviceFeatures, StructureType,
-};
+use ash::vk::{self, StructureType};
 use std::ffi::{CStr, c_char};
-
-type VkPhysicalDeviceVulkan12Features = vk::PhysicalDeviceVulkan12Features<'static>;
-type VkPhysicalDeviceVulkan13Features = vk::PhysicalDeviceVulkan13Features<'static>;
-type VkPhysicalDeviceAccelerationStructureFeaturesKHR = vk::PhysicalDeviceAccelerationStructureFeaturesKHR<'static>;
-type VkPhysicalDeviceRayQueryFeaturesKHR = vk::PhysicalDeviceRayQueryFeaturesKHR<'static>;
-/// C's function pointers may be null.
-#[allow(non_camel_case_types)]
-type PFN_vkGetInstanceProcAddr = Option<vk::PFN_vkGetInstanceProcAddr>;
+use std::mem::offset_of;
 
 /// Handles that the host made and keeps alive as long as any engine made from them.
 #[repr(C)]
@@ -113,6 +103,18 @@ fn tagged(given: StructureType, want: StructureType, what: &str) -> Result<(), F
     Err(Failure::limit("sType", format!("{} in {what}", given.as_raw()), format!("{}", want.as_raw())))
 }
 
+/// Switches on what `needed` has on.
+///
+/// # Safety
+/// From the offset `first` to the offset `last` there are `VkBool32` fields alone.
+unsafe fn switch_on<T>(host: &mut T, needed: &T, first: usize, last: usize) {
+    let (to, from) = ((&raw mut *host).cast::<u8>(), (&raw const *needed).cast::<u8>());
+    for at in (first..=last).step_by(size_of::<VkBool32>()) {
+        // SAFETY: a field of the structs, as the caller says
+        unsafe { *to.add(at).cast::<VkBool32>() |= *from.add(at).cast::<VkBool32>() };
+    }
+}
+
 /// Whether the engine can run on a physical device; before there is a device. Otherwise UMBRAGE_ERROR_UNSUPPORTED, and
 /// the message names everything that is missing, one phrase a line.
 ///
@@ -153,13 +155,21 @@ pub unsafe extern "C" fn umbrage_enable_features(
             let physical = physical(device)?;
             requirements(&physical.instance, physical.physical_device)
         };
-        // those that `requirements` sets; a test compares
-        features.multi_draw_indirect |= needs.features.multi_draw_indirect;
-        features.draw_indirect_first_instance |= needs.features.draw_indirect_first_instance;
-        vulkan12.shader_output_layer |= needs.vulkan12.shader_output_layer;
-        vulkan12.draw_indirect_count |= needs.vulkan12.draw_indirect_count;
-        vulkan13.dynamic_rendering |= needs.vulkan13.dynamic_rendering;
-        vulkan13.synchronization2 |= needs.vulkan13.synchronization2;
+        // with `umbrage_enable_ray_queries` only
+        let needed12 = VkPhysicalDeviceVulkan12Features { buffer_device_address: vk::FALSE, ..needs.vulkan12 };
+        use VkPhysicalDeviceFeatures as Core;
+        use VkPhysicalDeviceVulkan12Features as V12;
+        use VkPhysicalDeviceVulkan13Features as V13;
+        // SAFETY: from the first feature to the last these structs have nothing but switches
+        unsafe {
+            let (first, last) = (offset_of!(Core, robust_buffer_access), offset_of!(Core, inherited_queries));
+            switch_on(features, &needs.features, first, last);
+            let (first, last) =
+                (offset_of!(V12, sampler_mirror_clamp_to_edge), offset_of!(V12, subgroup_broadcast_dynamic_id));
+            switch_on(vulkan12, &needed12, first, last);
+            let (first, last) = (offset_of!(V13, robust_image_access), offset_of!(V13, maintenance4));
+            switch_on(vulkan13, &needs.vulkan13, first, last);
+        }
         Ok(())
     })
 }

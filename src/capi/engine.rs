@@ -6,8 +6,8 @@ use super::guard::{Failure, Guarded, UmbrageResult, guard};
 use super::input::{fill, mutable, output, present, reference, slice};
 use super::light::{UmbrageLight, UmbrageLightId};
 use super::scene::{UmbrageFrameInput, UmbrageScene, UmbrageView, Views};
+use super::vulkan::{VkCommandBuffer, VkImage, VkImageView};
 use crate::{Counters, Engine, FrameId, LightId};
-use ash::vk::{CommandBuffer as VkCommandBuffer, Image as VkImage, ImageView as VkImageView};
 use std::ffi::c_char;
 
 /// The lights and the views of one scene. One thread at a time may use an engine; any thread may be that one.

@@ -11,6 +11,7 @@ mod input;
 mod light;
 mod meshes;
 mod scene;
+mod vulkan;
 
 pub use config::*;
 pub use device::*;

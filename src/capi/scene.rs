@@ -2,12 +2,9 @@
 
 use super::guard::Failure;
 use super::input::{present, sized, slice, zero};
+use super::vulkan::*;
 use crate::{FrameInput, HostImage, ImageUse, ReceiverImages, Receivers, SceneBuffers};
-use ash::vk::{
-    AccessFlags2 as VkAccessFlags2, Bool32 as VkBool32, Buffer as VkBuffer, Format as VkFormat, Handle,
-    Image as VkImage, ImageLayout as VkImageLayout, ImageView as VkImageView,
-    PipelineStageFlags2 as VkPipelineStageFlags2, SampleCountFlags as VkSampleCountFlagBits,
-};
+use ash::vk::Handle;
 use glam::{DMat3, DMat4, DVec3};
 
 /// What the engine draws: buffers that the host fills, keeps alive, and changes only between frames, ordered before the
