@@ -21,7 +21,7 @@
 //!
 //! # Features
 //!
-//! Without features the crate is the engine alone. `lab` adds glTF scenes, the other methods, the ray-traced reference
+//! Without features the crate is the engine alone. `capi` adds the C interface (`include/umbrage.h`), `lab` adds glTF scenes, the other methods, the ray-traced reference
 //! and pictures; `cli` adds the program `umbrage`.
 //!
 //! # Spaces and units

@@ -43,6 +43,12 @@ has_linker() {
   command -v cc >/dev/null && { [[ $OSTYPE == darwin* ]] || any_file "$(cc -print-file-name=crt1.o)"; }
 }
 
+has_vulkan_headers() {
+  cc -E -x c - <<<'#include <vulkan/vulkan.h>' >/dev/null 2>&1
+}
+
+has_cpp() { cc -E -x c++ - <<<'#include <cstddef>' >/dev/null 2>&1; }
+
 # Prints the Debian packages that are missing for `demo` or `test`, one a line.
 missing() {
   has_linker || printf '%s\n' gcc libc6-dev
@@ -52,6 +58,8 @@ missing() {
     has_validation || echo vulkan-validationlayers
     command -v glslangValidator >/dev/null || echo glslang-tools
     command -v spirv-val >/dev/null || echo spirv-tools
+    has_vulkan_headers || echo libvulkan-dev # hosts in C
+    has_cpp || echo g++
   fi
 }
 
@@ -70,6 +78,8 @@ mesa-vulkan-drivers    mesa-vulkan-drivers       vulkan-swrast             molte
 vulkan-validationlayers vulkan-validation-layers vulkan-validation-layers  vulkan-validationlayers
 glslang-tools          glslang                   glslang                   glslang
 spirv-tools            spirv-tools               spirv-tools               spirv-tools
+libvulkan-dev          vulkan-loader-devel       vulkan-headers            vulkan-headers
+g++                    gcc-c++                   gcc                       llvm
 END
   return 0
 }
