@@ -27,6 +27,9 @@ typedef struct UmbrageEngine UmbrageEngine;
 // Meshes cut into clusters, on the CPU.
 typedef struct UmbrageMeshes UmbrageMeshes;
 
+// Draws depth and normals of a scene, for hosts that have none to give.
+typedef struct UmbragePrepass UmbragePrepass;
+
 // What a call came to: UMBRAGE_OK or one of UMBRAGE_ERROR_*. After an error outputs are unchanged, and
 // umbrage_last_error says what was wrong.
 typedef int32_t UmbrageResult;
@@ -271,9 +274,9 @@ typedef struct {
     double eye[3];
     // Rows: right, up and backward (against the view direction), unit vectors in world space at right angles.
     double view_from_world[3][3];
-    // Rows of the matrix to Vulkan clip space (y down) from view space, so that clip[i] is the sum of
-    // clip_from_view[i][j] * view[j]: any perspective projection without a shear of depth, whether nearer is less or
-    // greater, to infinity or not, off centre (jitter, stereo) or not.
+    // Rows of the matrix to Vulkan clip space (y down) from view space: row i times the view coordinates is clip coordinate
+    // i. Any perspective projection without a shear of depth, whether nearer is less or greater, to infinity or not, off
+    // centre (jitter, stereo) or not.
     double clip_from_view[4][4];
     // World position of the scene's origin.
     double origin[3];
@@ -419,6 +422,20 @@ typedef struct {
     uint32_t pad[3];
 } UmbrageMaterial;
 
+// One instanced draw: a mesh with all its instances.
+typedef struct {
+    // Number of indices.
+    uint32_t index_count;
+    // First index.
+    uint32_t first_index;
+    // Number of instances.
+    uint32_t instance_count;
+    // First instance.
+    uint32_t first_instance;
+    // Whether fragments are cut away by alpha.
+    VkBool32 alpha_tested;
+} UmbrageMeshDraw;
+
 // How an instance casts; bits 0 and 1 of its flags.
 typedef uint32_t UmbrageCast;
 
@@ -535,6 +552,17 @@ uint32_t umbrage_least_pairs(uint32_t casters);
 
 // Bytes of a page table for so many distinct pages that pixels may ask for.
 uint64_t umbrage_table_bytes(uint32_t requests);
+
+// Where the samples of a pixel lie, right of and below its middle, in pixels; the same in all pixels. places: room for
+// samples of them, 1, 4, 8 or 16.
+//
+// What the caller sees to:
+// places: room for as many as samples says.
+UmbrageResult umbrage_sample_places(uint32_t samples,
+                                    double (*places)[2]);
+
+// Version of the library, such as "0.1.0".
+const char *umbrage_version(void);
 
 // Whether the engine can run on a physical device; before there is a device. Otherwise UMBRAGE_ERROR_UNSUPPORTED, and
 // the message names everything that is missing, one phrase a line.
@@ -731,6 +759,39 @@ UmbrageResult umbrage_instance_init(UmbrageInstance *instance,
 // What the caller sees to:
 // material: room for one.
 UmbrageResult umbrage_material_init(UmbrageMaterial *material);
+
+// Makes images of width x height pixels, 1 to 16384 each, and the pipelines.
+//
+// What the caller sees to:
+// As umbrage_engine_create.
+UmbrageResult umbrage_prepass_create(const UmbrageDevice *device,
+                                     const UmbrageScene *scene,
+                                     uint32_t width,
+                                     uint32_t height,
+                                     UmbragePrepass **prepass);
+
+// Destroys a prepass; null is allowed.
+//
+// What the caller sees to:
+// prepass: made and not destroyed, or null; nothing recorded may still be running or waiting to run.
+void umbrage_prepass_destroy(UmbragePrepass *prepass);
+
+// Its depth and normals, as views take them.
+//
+// What the caller sees to:
+// prepass: made and not destroyed.
+UmbrageResult umbrage_prepass_images(const UmbragePrepass *prepass, UmbrageReceiverImages *images);
+
+// Draws; leaves the images readable by compute shaders. The projection must have reversed depth.
+//
+// What the caller sees to:
+// prepass: made and not destroyed. commands: recording outside of rendering. Frames must run in the order they were
+// recorded. draws: inside of the scene's indices and instances, as many as draw_count says.
+UmbrageResult umbrage_prepass_record(const UmbragePrepass *prepass,
+                                     VkCommandBuffer commands,
+                                     const UmbrageFrameInput *input,
+                                     const UmbrageMeshDraw *draws,
+                                     size_t draw_count);
 
 // Packs a unit vector as the normal image holds it.
 uint32_t umbrage_encode_normal(float x, float y, float z);

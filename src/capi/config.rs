@@ -1,9 +1,10 @@
 //! The configuration as plain data.
 
 use super::guard::{Failure, UmbrageResult, guard};
-use super::input::{fill, sized, zero};
+use super::input::{fill, output, sized, zero};
 use super::vulkan::VkBool32;
-use crate::{Config, Cull, Filter, LevelRule, Pressure, RequestRoute};
+use crate::{Config, Cull, Filter, LevelRule, Pressure, RequestRoute, sample_places};
+use std::ffi::c_char;
 
 /// What the lookup makes of the casters around a receiver: one of UMBRAGE_FILTER_*.
 pub type UmbrageFilter = u32;
@@ -290,4 +291,29 @@ pub extern "C" fn umbrage_least_pairs(casters: u32) -> u32 {
 #[unsafe(no_mangle)]
 pub extern "C" fn umbrage_table_bytes(requests: u32) -> u64 {
     Config::table_bytes(requests)
+}
+
+/// Where the samples of a pixel lie, right of and below its middle, in pixels; the same in all pixels. places: room for
+/// samples of them, 1, 4, 8 or 16.
+///
+/// # Safety
+/// places: room for as many as samples says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn umbrage_sample_places(samples: u32, places: *mut [f64; 2]) -> UmbrageResult {
+    guard(|| {
+        if !matches!(samples, 1 | 4 | 8 | 16) {
+            return Err(Failure::limit("samples", samples, "1, 4, 8 or 16"));
+        }
+        for (i, place) in sample_places(samples).into_iter().enumerate() {
+            // SAFETY: the caller vouches for so many
+            unsafe { output(places.wrapping_add(i), "places")? }.write(place);
+        }
+        Ok(())
+    })
+}
+
+/// Version of the library, such as "0.1.0".
+#[unsafe(no_mangle)]
+pub extern "C" fn umbrage_version() -> *const c_char {
+    concat!(env!("CARGO_PKG_VERSION"), "\0").as_ptr().cast()
 }

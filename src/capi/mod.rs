@@ -10,6 +10,7 @@ mod guard;
 mod input;
 mod light;
 mod meshes;
+mod prepass;
 mod scene;
 mod vulkan;
 
@@ -19,4 +20,5 @@ pub use engine::*;
 pub use guard::*;
 pub use light::*;
 pub use meshes::*;
+pub use prepass::*;
 pub use scene::*;

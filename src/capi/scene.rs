@@ -154,6 +154,21 @@ impl UmbrageImage {
     }
 }
 
+impl From<HostImage> for UmbrageImage {
+    fn from(image: HostImage) -> Self {
+        let ImageUse { layout, stage, access } = image.used;
+        Self {
+            image: image.image,
+            view: image.view,
+            format: image.format,
+            samples: image.samples,
+            layer: image.layer,
+            reserved: 0,
+            used: UmbrageImageUse { layout, reserved: 0, stage, access },
+        }
+    }
+}
+
 /// What the camera saw.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
@@ -164,6 +179,14 @@ pub struct UmbrageReceiverImages {
     /// R32_UINT: geometric normal towards the eye in world space (umbrage_encode_normal), or an image of VK_NULL_HANDLE:
     /// then normals come from the depths of neighbours.
     pub normal: UmbrageImage,
+}
+
+impl From<ReceiverImages> for UmbrageReceiverImages {
+    fn from(images: ReceiverImages) -> Self {
+        let depth = UmbrageImage::from(images.depth);
+        let none = UmbrageImage { image: VkImage::null(), view: VkImageView::null(), ..depth };
+        Self { depth, normal: images.normal.map_or(none, UmbrageImage::from) }
+    }
 }
 
 /// One view: what its camera saw and how the host uses its mask.
@@ -219,9 +242,9 @@ pub struct UmbrageFrameInput {
     pub eye: [f64; 3],
     /// Rows: right, up and backward (against the view direction), unit vectors in world space at right angles.
     pub view_from_world: [[f64; 3]; 3],
-    /// Rows of the matrix to Vulkan clip space (y down) from view space, so that clip[i] is the sum of
-    /// clip_from_view[i][j] * view[j]: any perspective projection without a shear of depth, whether nearer is less or
-    /// greater, to infinity or not, off centre (jitter, stereo) or not.
+    /// Rows of the matrix to Vulkan clip space (y down) from view space: row i times the view coordinates is clip coordinate
+    /// i. Any perspective projection without a shear of depth, whether nearer is less or greater, to infinity or not, off
+    /// centre (jitter, stereo) or not.
     pub clip_from_view: [[f64; 4]; 4],
     /// World position of the scene's origin.
     pub origin: [f64; 3],

@@ -77,7 +77,7 @@ fn sizes_that_are_not_the_structs_are_refused() {
 fn null_is_refused_everywhere() {
     // SAFETY: all of these are refused before a pointer is followed
     unsafe {
-        let null_device = [
+        let results = [
             umbrage_check_device(null()),
             umbrage_enable_features(null(), null_mut(), null_mut(), null_mut()),
             umbrage_enable_ray_queries(null(), null_mut(), null_mut(), null_mut(), null_mut(), null_mut()),
@@ -97,11 +97,28 @@ fn null_is_refused_everywhere() {
             umbrage_meshes_caster_count(null(), null(), 1, null_mut()),
             umbrage_instance_init(null_mut(), null(), 0, 0),
             umbrage_material_init(null_mut()),
+            umbrage_prepass_create(null(), null(), 1, 1, null_mut()),
+            umbrage_prepass_images(null(), null_mut()),
+            umbrage_prepass_record(null(), ash::vk::CommandBuffer::null(), null(), null(), 0),
+            umbrage_sample_places(4, null_mut()),
         ];
-        assert_eq!(null_device, [UMBRAGE_ERROR_ARGUMENT; 19]);
+        assert_eq!(results, [UMBRAGE_ERROR_ARGUMENT; 23]);
         umbrage_engine_destroy(null_mut());
         umbrage_meshes_destroy(null_mut());
+        umbrage_prepass_destroy(null_mut());
     }
+}
+
+#[test]
+fn samples_and_version_are_those_of_rust() {
+    let mut places = [[0.0; 2]; 8];
+    // SAFETY: there is room, and the text is a constant
+    unsafe {
+        assert_eq!(umbrage_sample_places(8, places.as_mut_ptr()), UMBRAGE_OK);
+        refused(umbrage_sample_places(3, places.as_mut_ptr()), UMBRAGE_ERROR_LIMIT, "samples is 3");
+        assert_eq!(std::ffi::CStr::from_ptr(umbrage_version()).to_str(), Ok(env!("CARGO_PKG_VERSION")));
+    }
+    assert_eq!(places[..], umbrage::sample_places(8));
 }
 
 #[test]
