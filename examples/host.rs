@@ -25,7 +25,7 @@ fn main() -> Result<()> {
     let out = std::env::args().nth(1).ok_or("usage: host PICTURE.png")?;
     let scene = opaque(umbrage::scene::builtin());
     let vulkan = Vulkan::new(std::env::var_os("HOST_VALIDATION").is_some())?;
-    let pixels = render(&vulkan, &scene, &look(&scene), true, 3)?;
+    let [pixels, _] = render(&vulkan, &scene, &look(&scene), true, 3)?;
     let lit = pixels.iter().filter(|p| **p >> 24 == 255).count();
     println!("{lit} of {} pixels are lit", pixels.len());
     let rgb: Vec<u8> = pixels.iter().flat_map(|p| p.to_le_bytes().into_iter().take(3)).collect();
@@ -54,85 +54,116 @@ pub fn look(scene: &Scene) -> (Camera, Light) {
     (camera, Light::directional(glam::DVec3::new(-0.5, -1.0, 0.3)))
 }
 
-/// Draws `frames` frames of a scene and returns the last: shaded colour, and visibility in the highest byte. `normals`:
-/// whether Umbrage sees the host's, or makes its own from depth.
+/// What the host has: a scene in buffers, and the images it draws into.
+pub struct Content {
+    /// For Umbrage, and for the host's own passes.
+    pub buffers: SceneBuffers,
+    color: Image,
+    normal: Image,
+    depth: Image,
+}
+
+impl Content {
+    /// Uploads a scene: vertices, triangles of each mesh and placed instances; Umbrage cuts the meshes into clusters.
+    pub fn new(vulkan: &Vulkan, scene: &Scene) -> Result<Self> {
+        use vk::BufferUsageFlags as U;
+        let triangles: Vec<&[u32]> =
+            scene.meshes.iter().map(|m| &scene.indices[m.first_index as usize..][..m.index_count as usize]).collect();
+        let meshes = Meshes::new(&scene.positions, &triangles)?;
+        let mut indices = meshes.indices.clone();
+        indices.resize(indices.len() + INDEX_ROOM as usize, 0);
+        let attributes = vec![Attributes { uv: [0.0; 2], color: u32::MAX }; scene.positions.len()];
+        let storage = |bytes: &[u8], usage| vulkan.buffer(bytes, U::STORAGE_BUFFER | usage);
+        let buffers = SceneBuffers {
+            positions: storage(bytemuck::cast_slice(&scene.positions), U::VERTEX_BUFFER)?,
+            attributes: storage(bytemuck::cast_slice(&attributes), U::VERTEX_BUFFER)?,
+            indices: storage(bytemuck::cast_slice(&indices), U::INDEX_BUFFER)?,
+            index_count: meshes.indices.len() as u32,
+            clusters: storage(bytemuck::cast_slice(&meshes.clusters), U::empty())?,
+            meshlets: storage(bytemuck::cast_slice(&meshes.meshlets), U::empty())?,
+            instances: storage(bytemuck::cast_slice(&scene.instances), U::empty())?,
+            instance_count: scene.instances.len() as u32,
+            meshes: storage(bytemuck::cast_slice(&meshes.meshes), U::empty())?,
+            materials: storage(bytemuck::cast_slice(&scene.materials), U::empty())?,
+            texels: storage(&[0; 16], U::empty())?,
+            shapes: None,
+            caster_count: meshes.caster_count(scene.instances.iter().map(|i| i.mesh)),
+            alpha_tested: false,
+            bounds_min: (scene.bounds_min - scene.origin).to_array(),
+            bounds_max: (scene.bounds_max - scene.origin).to_array(),
+        };
+        use vk::ImageUsageFlags as I;
+        Ok(Self {
+            buffers,
+            color: vulkan.image(vk::Format::R8G8B8A8_UNORM, I::COLOR_ATTACHMENT | I::SAMPLED)?,
+            normal: vulkan.image(vk::Format::R32_UINT, I::COLOR_ATTACHMENT | I::SAMPLED)?,
+            depth: vulkan.image(vk::Format::D32_SFLOAT, I::DEPTH_STENCIL_ATTACHMENT | I::SAMPLED)?,
+        })
+    }
+
+    /// What Umbrage sees of it, as the host's pass leaves it.
+    pub fn images(&self, normals: bool) -> [ReceiverImages; 1] {
+        let given = |(image, view), format, used| {
+            let samples = vk::SampleCountFlags::TYPE_1;
+            HostImage { image, view, format, samples, layer: 0, used }
+        };
+        let normal = || given(self.normal, vk::Format::R32_UINT, ImageUse::COLOR_ATTACHMENT);
+        let depth = given(self.depth, vk::Format::D32_SFLOAT, ImageUse::DEPTH_ATTACHMENT);
+        [ReceiverImages { depth, normal: normals.then(normal) }]
+    }
+}
+
+/// Draws `frames` frames of a scene and returns the last, shaded by the mask and by lookups in the host's own shader: colour,
+/// and visibility in the highest byte. `normals`: whether Umbrage sees the host's, or makes its own from depth.
 pub fn render(
     vulkan: &Vulkan,
     scene: &Scene,
     (camera, sun): &(Camera, Light),
     normals: bool,
     frames: u32,
-) -> Result<Vec<u32>> {
-    use vk::BufferUsageFlags as U;
-    // what the host has: vertices, triangles of each mesh, placed instances. Umbrage cuts the meshes into clusters.
-    let triangles: Vec<&[u32]> =
-        scene.meshes.iter().map(|m| &scene.indices[m.first_index as usize..][..m.index_count as usize]).collect();
-    let meshes = Meshes::new(&scene.positions, &triangles)?;
-    let mut indices = meshes.indices.clone();
-    indices.resize(indices.len() + INDEX_ROOM as usize, 0);
-    let attributes = vec![Attributes { uv: [0.0; 2], color: u32::MAX }; scene.positions.len()];
-    let storage = |bytes: &[u8], usage| vulkan.buffer(bytes, U::STORAGE_BUFFER | usage);
-    let buffers = SceneBuffers {
-        positions: storage(bytemuck::cast_slice(&scene.positions), U::VERTEX_BUFFER)?,
-        attributes: storage(bytemuck::cast_slice(&attributes), U::VERTEX_BUFFER)?,
-        indices: storage(bytemuck::cast_slice(&indices), U::INDEX_BUFFER)?,
-        index_count: meshes.indices.len() as u32,
-        clusters: storage(bytemuck::cast_slice(&meshes.clusters), U::empty())?,
-        meshlets: storage(bytemuck::cast_slice(&meshes.meshlets), U::empty())?,
-        instances: storage(bytemuck::cast_slice(&scene.instances), U::empty())?,
-        instance_count: scene.instances.len() as u32,
-        meshes: storage(bytemuck::cast_slice(&meshes.meshes), U::empty())?,
-        materials: storage(bytemuck::cast_slice(&scene.materials), U::empty())?,
-        texels: storage(&[0; 16], U::empty())?,
-        shapes: None,
-        caster_count: meshes.caster_count(scene.instances.iter().map(|i| i.mesh)),
-        alpha_tested: false,
-        bounds_min: (scene.bounds_min - scene.origin).to_array(),
-        bounds_max: (scene.bounds_max - scene.origin).to_array(),
-    };
-
-    // what the host draws into; depth and normals are what Umbrage sees of it
-    use vk::ImageUsageFlags as I;
-    let color = vulkan.image(vk::Format::R8G8B8A8_UNORM, I::COLOR_ATTACHMENT | I::SAMPLED)?;
-    let normal = vulkan.image(vk::Format::R32_UINT, I::COLOR_ATTACHMENT | I::SAMPLED)?;
-    let depth = vulkan.image(vk::Format::D32_SFLOAT, I::DEPTH_STENCIL_ATTACHMENT | I::SAMPLED)?;
-    let given = |(image, view), format, used| {
-        let samples = vk::SampleCountFlags::TYPE_1;
-        HostImage { image, view, format, samples, layer: 0, used }
-    };
-    let images = [ReceiverImages {
-        depth: given(depth, vk::Format::D32_SFLOAT, ImageUse::DEPTH_ATTACHMENT),
-        normal: normals.then(|| given(normal, vk::Format::R32_UINT, ImageUse::COLOR_ATTACHMENT)),
-    }];
+) -> Result<[Vec<u32>; 2]> {
+    let content = Content::new(vulkan, scene)?;
+    let Content { buffers, color, normal, depth } = &content;
+    let images = content.images(normals);
     let views = [Receivers { size: SIZE, images: &images, mask: ImageUse::SAMPLED }];
 
     // the engine, and its only light
     let config = Config { index_capacity: INDEX_ROOM, ..Config::new(SIZE) };
     // SAFETY: the device has what `requirements` asks for, and everything outlives the engine
-    let mut engine = unsafe { Engine::new(&vulkan.host, &config, &buffers, &views)? };
+    let mut engine = unsafe { Engine::new(&vulkan.host, &config, buffers, &views)? };
     engine.add_light(sun)?;
     let input = FrameInput::new(camera, SIZE, scene.origin);
 
+    // two ways to use it: the mask, or lookups
     let (_, mask) = engine.mask(0);
-    let pixels = vulkan.host_visible(4 * u64::from(SIZE[0] * SIZE[1]), U::STORAGE_BUFFER)?;
-    let before = vulkan.draw_pipeline()?;
-    let after = vulkan.shade_pipeline(color.1, mask, pixels.0)?;
+    let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
+    let picture = || vulkan.host_visible(4 * u64::from(SIZE[0] * SIZE[1]), usage);
+    let (shaded, looked_up) = (picture()?, picture()?);
+    let before = vulkan.draw_pipeline(None)?;
+    let shade = vulkan.shade_pipeline(color.1, mask, shaded.0)?;
+    let forward = vulkan.draw_pipeline(Some(engine.lookup(0)))?;
+    let drawn = vulkan
+        .image(vk::Format::R8G8B8A8_UNORM, vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC)?;
+    let geometry = Geometry { buffers, scene, input: &input };
     for _ in 0..frames {
         let mut recorded = None;
         vulkan.submit(|cmd| {
-            vulkan.draw(cmd, &before, [color, normal, depth], &buffers, scene, &input);
+            vulkan.draw(cmd, &before, [*color, *normal, *depth], &geometry);
             // SAFETY: recording, outside of rendering; every frame is submitted, in order
             recorded = Some(unsafe { engine.record(cmd, &[input]) });
-            vulkan.shade(cmd, &after);
+            vulkan.shade(cmd, &shade);
+            vulkan.forward(cmd, &forward, [drawn, *depth], looked_up.0, &geometry);
         })?;
         if let Some(counters) = recorded.transpose()?.and_then(|frame| engine.counters(frame)) {
             println!("{} pages asked for, {} drawn", counters.leaves, counters.drawn);
         }
     }
+    let count = (SIZE[0] * SIZE[1]) as usize;
     // SAFETY: mapped for as long as the device lives; the last frame was waited for
-    Ok(unsafe { std::slice::from_raw_parts(pixels.1.cast::<u32>(), (SIZE[0] * SIZE[1]) as usize) }.to_vec())
+    Ok([shaded, looked_up].map(|(_, at)| unsafe { std::slice::from_raw_parts(at.cast::<u32>(), count) }.to_vec()))
 }
 
 #[path = "host/vulkan.rs"]
 mod vulkan;
+use vulkan::{Geometry, Image};
 pub use vulkan::{MESSAGES, Vulkan};

@@ -288,38 +288,71 @@ typedef struct {
 
 // Counters of one frame; they keep counting beyond the capacities.
 typedef struct {
+    // Distinct keys (flags route) or de-duplicated keys (sort route) asked for, by each attempt.
     uint32_t requests[4];
+    // Sort route: distinct keys for each possible coarsening.
     uint32_t unique[4];
+    // Distinct pages asked for.
     uint32_t leaves;
+    // Their ancestors in the quadtree.
     uint32_t nodes;
+    // Requests that found no place in the page table.
     uint32_t failed;
+    // Levels by which all requests were coarsened because the page table was too small; 0 is normal.
     uint32_t shift;
+    // Least rank that is refined.
     uint32_t threshold;
+    // Least rank that is refined where that needs drawing.
     uint32_t draw_threshold;
+    // Where pages of the rank below end that are drawn all the same.
     uint32_t draw_order;
+    // Layers to draw before the budget of pages.
     uint32_t draws_asked;
+    // Pages chosen.
     uint32_t pages;
+    // Chosen pages whose cached layer is still right.
     uint32_t hits;
+    // Chosen pages whose cached layer was invalidated.
     uint32_t stale;
+    // Pages that serve.
     uint32_t admitted;
+    // Cached layers drawn.
     uint32_t drawn;
+    // Layers with moving casters drawn.
     uint32_t drawn_dynamic;
+    // Layers put off by the budgets of pages and pairs.
     uint32_t deferred;
+    // Pages that lost their layer.
     uint32_t evicted;
+    // Pages whose content became wrong.
     uint32_t invalidated;
+    // (cluster, page) pairs drawn.
     uint32_t pairs_opaque;
+    // The same of alpha-tested casters.
     uint32_t pairs_masked;
+    // Pairs before the budget.
     uint32_t pairs_asked;
+    // Compacted indices written, or refused for want of room.
     uint32_t indices;
+    // Triangles drawn into pages.
     uint32_t triangles;
+    // Of no use outside the sort.
     uint32_t sorted;
+    // Bounds of cached casters that changed.
     uint32_t changed;
+    // Instances in the layer of moving casters.
     uint32_t dynamics;
+    // Runs of clusters to cull, for each of the two layers.
     uint32_t items[2];
+    // Faces of lights with pages, and those with pages to draw.
     uint32_t active_faces[2];
+    // Faces that pixels ask for and that no page serves.
     uint32_t starved;
+    // Distinct pages asked for, by level, 0 the finest.
     uint32_t requested[24];
+    // Pages that serve, by level.
     uint32_t resident[24];
+    // Pages asked for that a coarser one serves, by level.
     uint32_t refused[24];
 } UmbrageCounters;
 
@@ -691,6 +724,17 @@ UmbrageResult umbrage_counters(const UmbrageEngine *engine,
 UmbrageResult umbrage_memory(const UmbrageEngine *engine,
                              UmbrageMemory *memory,
                              uint32_t *count);
+
+// What shaders of the host bind to look shadows up themselves in a view, after the commands of its frame and before those of
+// the next: glsl/host/umbrage.glsl. layout: for pipeline layouts. set: bound at the number that the shader calls UMBRAGE_SET.
+// They change with umbrage_resize.
+//
+// What the caller sees to:
+// engine: made and not destroyed.
+UmbrageResult umbrage_lookup(const UmbrageEngine *engine,
+                             uint32_t view,
+                             VkDescriptorSetLayout *layout,
+                             VkDescriptorSet *set);
 
 // The mask of a view, of its size: an array of R32_UINT images with mask_bits for each light, in the order of slots from the
 // lowest bits of the first layer. 1 lit, 0 shadowed or not reached by the light, 1 where there is no surface, shares with a

@@ -3,26 +3,73 @@
 //! Every visible sample gets the shadow-map resolution it needs, and no more: resolution-matched shadow maps (Lefohn,
 //! Sengupta, Owens 2007) from request to lookup on the GPU, by commands that do not depend on what the GPU finds.
 //!
-//! # The order in which a host works
+//! # Into a renderer, in the order of work
 //!
-//! 1. **Requirements.** [`requirements`] says what to enable on a Vulkan 1.3 device, [`missing_features`] what
-//!    a device lacks.
-//! 2. **Casters and receivers.** Describe your buffers with [`SceneBuffers`], your depth and normals with
-//!    [`Receivers`].
-//! 3. **Create.** [`Engine::new`] takes a [`Config`]; it allocates everything, nothing is allocated afterwards.
-//!    [`Engine::add_light`], [`Engine::set_light`] and [`Engine::remove_light`] work between frames; a light keeps its id.
-//! 4. **Record.** [`Engine::record`] writes one frame into your command buffer, with one input for each view: no submit, no
-//!    wait, no read-back.
-//! 5. **Sample.** The mask of a view is [`Engine::mask`]; `glsl/host/umbrage_lookup.glsl` is the lookup itself.
-//! 6. **Move.** Between frames change instances, positions and bounds in your buffers, and raise the revision of what
-//!    casts differently ([`CastPolicy`]); pages of earlier frames stay where nothing changed.
-//! 7. **Tune.** [`Engine::counters`] tells what was requested, drawn, put off and refused, [`Engine::memory`] what it
-//!    costs; [`Engine::steer`] holds a frame to [`Config::target_ms`].
+//! **1. Requirements**, before there is a device. [`missing_features`] says in words what a physical device lacks,
+//! [`requirements`] what to enable on it: Vulkan 1.3 with dynamic rendering and synchronization2, `multiDrawIndirect`,
+//! `drawIndirectFirstInstance`, `shaderOutputLayer`. `drawIndirectCount` and ray queries are used where they are enabled.
+//!
+//! **2. Casters.** [`Meshes::new`] cuts the triangles of meshes into clusters, once, on the CPU. Upload what it made, the
+//! vertices, an [`Instance`] for each placement and at least one [`Material`] into buffers of your own, and name these in
+//! [`SceneBuffers`]. Positions are relative to the scene's origin, which lies best in the middle of the casters.
+//!
+//! **3. Receivers.** [`ReceiverImages`] names the depth image that your camera pass leaves, in any format, layout and
+//! projection, and geometric normals if you have them. A [`Receivers`] is one view; several views (split screen, mirrors,
+//! stereo) share pages.
+//!
+//! **4. Create.** [`Engine::new`] takes your handles ([`HostDevice`]) and a [`Config`], and allocates everything: nothing is
+//! allocated later, but for [`Engine::resize`]. The engine has no queue, no fence and no thread of its own, cannot submit or
+//! wait, and keeps no global state: several live on one device. [`Engine::add_light`] gives a [`LightId`] that stays.
+//! Dropping the engine frees what it made; the host waits for its frames first.
+//!
+//! **5. Record**, each frame, into your command buffer after the camera pass: [`Engine::record`] with a [`FrameInput`] for each view. It
+//! takes 0.01 ms, allocates nothing, and inserts all barriers, those of your images included. Any number of frames may
+//! be in flight.
+//!
+//! **6. Sample** in one of two ways. The *mask* ([`Engine::mask`]) holds the visibility of every pixel towards every light,
+//! with exact edges if wanted: read it at your pixel. Or *look up* in your own shader, for forward passes, volumes and
+//! reflections: include `glsl/host/umbrage.glsl`, bind [`Engine::lookup`], call `umbrage_shadow`.
+//!
+//! **7. Move.** Between frames change instances, positions and bounds in your buffers, and raise the revision of what
+//! casts differently ([`CastPolicy`]); pages of earlier frames stay where nothing changed. [`Engine::set_light`] moves lights.
+//!
+//! **8. Tune.** [`Engine::counters`] tells what a finished frame asked for, drew, put off and refused, [`Engine::memory`] what
+//! it holds; [`Engine::steer`] keeps frames at [`Config::target_ms`]. Every field of [`Config`] says what it costs.
+//!
+//! **9. Debug.** Every object and pass is named where [`HostDevice::debug_utils`] is set. What looks wrong: shadows that
+//! stay behind, an instance changed without its revision; nothing but shadow, a depth image whose far end is taken for a surface
+//! (check which end `clip_from_view` makes near); acne with normals from depth, give geometric normals or
+//! raise [`Config::bias_texels`]; coarse shadows, [`Counters::refused`] and [`Counters::shift`], so
+//! more [`Config::atlas_bytes`] or [`Config::page_table_bytes`].
+//!
+//! ```no_run
+//! # use umbrage::*;
+//! # fn host(device: HostDevice, buffers: SceneBuffers, images: ReceiverImages, camera: Camera, cmd: ash::vk::CommandBuffer)
+//! # -> Result<(), Error> {
+//! let size = [1920, 1080];
+//! let views = [Receivers { size, images: &[images], mask: ImageUse::SAMPLED }];
+//! // SAFETY: the handles are valid and outlive the engine
+//! let mut engine = unsafe { Engine::new(&device, &Config::new(size), &buffers, &views)? };
+//! let sun = engine.add_light(&Light::directional(glam::DVec3::new(0.3, -1.0, 0.2)))?;
+//! // each frame, after the camera pass
+//! let input = FrameInput::new(&camera, size, glam::DVec3::ZERO);
+//! // SAFETY: `cmd` is recording, and will be submitted
+//! let frame = unsafe { engine.record(cmd, &[input])? };
+//! // once that frame is finished
+//! if let Some(counters) = engine.counters(frame) {
+//!     println!("{} pages drawn, light {}", counters.drawn, sun.slot());
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! `examples/host.rs` is a whole renderer around it.
 //!
 //! # Features
 //!
-//! Without features the crate is the engine alone. `capi` adds the C interface (`include/umbrage.h`), `lab` adds glTF scenes, the other methods, the ray-traced reference
-//! and pictures; `cli` adds the program `umbrage`.
+//! Without features the crate is the engine alone. `capi` adds the C interface (`include/umbrage.h`), `lab` glTF scenes,
+//! the other methods, the ray-traced reference and pictures, `window` a window to look through, `cli` the program
+//! `umbrage`.
 //!
 //! # Spaces and units
 //!
@@ -31,7 +78,8 @@
 //! kilometres from the camera; what is farther from the world's own zero gets an origin nearby
 //! ([`FrameInput::origin`]). Light space has
 //! its x and y axes across the light and z along its travel. Level 0 is the finest; a page of level l covers twice the
-//! length of one of level l - 1. Image row 0 is the top, pixel centres lie at +0.5, depth is reversed.
+//! length of one of level l - 1. Image row 0 is the top, pixel centres lie at +0.5; the depth of maps is reversed (greater is nearer
+//! to the light), that of the camera as the host has it.
 
 mod camera;
 #[cfg(feature = "capi")]
@@ -61,6 +109,8 @@ pub mod truth;
 pub mod twin;
 #[cfg(feature = "lab")]
 pub mod view;
+#[cfg(feature = "window")]
+pub mod window;
 
 pub use camera::Camera;
 pub use casters::{
@@ -68,7 +118,7 @@ pub use casters::{
     NO_TEXTURE,
 };
 pub use config::{Config, Cull, Filter, LevelRule, Pressure, RequestRoute, sample_places};
-pub use engine::{DepthPrepass, Engine, FrameId, LightId, MeshDraw};
+pub use engine::{DepthPrepass, Engine, FrameId, LightId, LookupSet, MeshDraw};
 pub use error::Error;
 pub use gpu::structs::Counters;
 pub use gpu::{HostDevice, RayQueryRequirements, Requirements, missing_features, requirements};

@@ -23,8 +23,17 @@ impl Place {
     }
 
     fn run(&self, arguments: &str) -> Output {
+        self.command(arguments).output().unwrap()
+    }
+
+    /// Without a display: no test opens a window.
+    fn command(&self, arguments: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_umbrage"));
-        command.current_dir(&self.0).args(arguments.split_whitespace()).output().unwrap()
+        for name in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
+            command.env_remove(name);
+        }
+        command.current_dir(&self.0).args(arguments.split_whitespace());
+        command
     }
 
     fn good(&self, arguments: &str) -> String {
@@ -95,7 +104,7 @@ fn ordered(spread: &Value, above_zero: bool) {
 #[test]
 fn usage_errors() {
     let place = Place::new("usage");
-    let cases: [(&str, &[&str]); 28] = [
+    let cases: [(&str, &[&str]); 34] = [
         ("", &["command", "allowed"]),
         ("draw", &["'draw'"]),
         ("render", &["--out"]),
@@ -124,10 +133,34 @@ fn usage_errors() {
         ("bench --out o --movers 65", &["--movers", "'65'", "0..=64"]),
         ("bench --out o --truth-every -1", &["'-1'"]),
         ("bench --out o --methods rmsm,nope", &["--methods", "'nope'"]),
+        ("view --bogus", &["'--bogus'"]),
+        ("view --size 0x0", &["--size", "'0x0'", "1 to 16384"]),
+        ("view --methods rmsm,nope", &["--methods", "'nope'", "rmsm"]),
+        ("view --methods rmsm:bias=9", &["--methods", "'9'", "bias", "allowed"]),
+        ("view --present often", &["--present", "'often'", "fifo, mailbox or immediate"]),
+        ("view --movers 65", &["--movers", "'65'", "0..=64"]),
     ];
     for (arguments, words) in cases {
         place.bad(arguments, 2, words);
     }
+}
+
+/// Where windows come from X or Wayland.
+#[test]
+#[cfg(all(unix, not(target_os = "macos")))]
+fn a_window_needs_a_display() {
+    let place = Place::new("display");
+    place.bad("view --quiet --out deep/er/o", 1, &["no window can be opened", "DISPLAY", "umbrage render"]);
+    for (name, value) in [("DISPLAY", ""), ("DISPLAY", ":4711"), ("DISPLAY", "nonsense"), ("WAYLAND_DISPLAY", "none-0")]
+    {
+        let output = place.command("view --quiet").env(name, value).output().unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{name}={value}: {stderr}");
+        assert!(stderr.starts_with("error: no window can be opened: "), "{name}={value}: {stderr}");
+        assert_eq!(stderr.lines().count(), 1, "{name}={value}: {stderr}");
+        assert!(!stderr.contains(".rs"), "a place in a source: {stderr}");
+    }
+    assert!(names(&place.0).is_empty(), "{:?}", names(&place.0));
 }
 
 #[test]
@@ -151,6 +184,9 @@ fn input_that_cannot_be_used() {
     place.bad("bench --path broken.json --out deep/er/o", 1, &["broken.json", "no camera path", "line 1"]);
     place.bad("bench --path path.json --out o", 1, &["path.json", "keys[0].target", "allowed"]);
     place.bad("bench none.glb --animate --out o", 1, &["none.glb"]);
+    place.bad("view none.glb --out deep/er/o", 1, &["none.glb"]);
+    place.bad("view --view broken.json", 1, &["broken.json", "line 1"]);
+    place.bad("view --out file", 1, &["--out", "'file'", "allowed"]);
     place.bad("render --out file", 1, &["--out", "'file'", "allowed"]);
     place.bad("render --out file/below", 1, &["--out", "'file/below'"]);
     place.bad("render --out /proc/none", 1, &["--out", "'/proc/none'"]);

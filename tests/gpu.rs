@@ -9,6 +9,8 @@
 mod allocate;
 #[path = "gpu/bench.rs"]
 mod bench;
+#[path = "gpu/border.rs"]
+mod border;
 #[path = "gpu/cache.rs"]
 mod cache;
 #[path = "gpu/compact.rs"]
@@ -19,10 +21,14 @@ mod comparators;
 mod coverage;
 #[path = "gpu/exact.rs"]
 mod exact;
+#[path = "gpu/failing.rs"]
+mod failing;
 #[path = "gpu/filter.rs"]
 mod filter;
 #[path = "gpu/frame.rs"]
 mod frame;
+#[path = "gpu/frozen.rs"]
+mod frozen;
 #[path = "gpu/gradient.rs"]
 mod gradient;
 #[path = "gpu/host.rs"]

@@ -8,8 +8,8 @@ use spirv::{assert_layout, check_layout, committed, files, path, read};
 use std::collections::BTreeSet;
 use std::mem::offset_of;
 use umbrage::gpu::structs::{
-    ChoosePush, Counters, Face, Fit, Frame, ItemPush, LightRecord, MapLight, MeshBounds, Node, Page, PreparePush,
-    RequestPush, RetryPush, Slices, Slot, Tracked, TrianglePush,
+    AtlasPush, ChoosePush, Counters, Face, Fit, Frame, ItemPush, LightRecord, MapLight, MeshBounds, Node, Page,
+    PreparePush, RequestPush, RetryPush, ShadeLight, ShadePush, Slices, Slot, Tracked, TrianglePush,
 };
 use umbrage::scene::{Cluster, Instance, Material};
 
@@ -103,6 +103,14 @@ fn map_structs_are_those_of_the_shaders() {
 }
 
 #[test]
+fn window_structs_are_those_of_the_shaders() {
+    let of = |shader: &str| committed(&format!("window/{shader}.comp"));
+    assert_layout::<ShadeLight>(&of("shade"), "ShadeLight", fields!(ShadeLight, place direction cone));
+    assert_layout::<ShadePush>(&of("shade"), "Push", fields!(ShadePush, up count bits show sun_at));
+    assert_layout::<AtlasPush>(&of("atlas"), "Push", fields!(AtlasPush, columns cell));
+}
+
+#[test]
 fn push_constants_are_those_of_their_shaders() {
     let push = |shader: &str| committed(&format!("engine/{shader}.comp"));
     assert_layout::<RequestPush>(&push("request"), "Push", fields!(RequestPush, attempt shift));
@@ -134,6 +142,7 @@ fn no_struct_is_forgotten() {
         "DrawCommand",
         "Fit",
         "Face",
+        "ShadeLight",
     ];
     let structs = committed("").into_iter().flat_map(|s| read(&s.words).structs).filter(|s| s.stride.is_some());
     let names: BTreeSet<_> = structs.map(|s| s.name).collect();
@@ -157,7 +166,7 @@ fn no_stage_is_an_orphan() {
     for stem in &shaders {
         assert!(path(&format!("src/engine/{stem}.rs")).is_file(), "src/engine/{stem}.rs is missing");
     }
-    let helpers = ["buffers", "constants", "frame", "lights", "mod", "steer", "view"];
+    let helpers = ["buffers", "constants", "frame", "frozen", "lights", "mod", "steer", "view"];
     for file in files("src/engine") {
         let name = file.rsplit('/').next().unwrap().trim_end_matches(".rs");
         assert!(helpers.contains(&name) || shaders.contains(name), "{file} has no shader");

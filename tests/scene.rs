@@ -207,6 +207,15 @@ fn degenerate_triangles_and_unused_vertices_go() {
     assert_eq!(scene.warnings, ["2 triangles of zero area were dropped"]);
 }
 
+/// A sheet has no inside; a camera in it looked along its own up direction.
+#[test]
+fn a_sheet_is_seen_from_outside() {
+    let scene = load(&Doc::triangle());
+    let view = umbrage::lab::View::default_for(&scene, [64, 64]);
+    view.check().unwrap();
+    assert!(view.camera.eye.z.abs() > 0.3, "{:?}", view.camera);
+}
+
 #[test]
 fn files_with_companions() {
     let folder = Folder::new();

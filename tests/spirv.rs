@@ -201,3 +201,20 @@ fn layout_check_accepts_and_refuses() {
 fn assert_layout_panics() {
     assert_layout::<Texel>(&module(16, 4), "Page", &FIELDS);
 }
+
+/// What a host includes takes no name that the host may have given to something of its own.
+#[test]
+fn names_of_the_host_include_are_prefixed() {
+    let shaders = committed("examples/forward.frag");
+    let mut checked = 0;
+    // OpName of a function: its signature follows the name
+    for (_, operands) in instructions(&shaders[0].words).filter(|(opcode, _)| *opcode == 5) {
+        let text: Vec<u8> = operands[1..].iter().flat_map(|word| word.to_le_bytes()).collect();
+        let name = String::from_utf8_lossy(&text);
+        if let Some((function, _)) = name.split_once('(') {
+            assert!(function.starts_with("umbrage_") || function == "main", "function {name}");
+            checked += 1;
+        }
+    }
+    assert!(checked > 15, "{checked} functions");
+}

@@ -21,6 +21,14 @@ has_driver() {
   return 1
 }
 
+# The manifest of lavapipe, where it is installed.
+lavapipe() {
+  local dir file
+  while read -r dir; do
+    for file in "$dir"/lvp_icd*.json; do [[ ! -e $file ]] || { echo "$file" && return; }; done
+  done < <(vulkan_dirs icd.d)
+}
+
 has_validation() {
   local dir
   while read -r dir; do
@@ -29,12 +37,16 @@ has_validation() {
   return 1
 }
 
+has_library() {
+  # not `grep -q`: under pipefail it fails when it closes the pipe early
+  PATH=$PATH:/sbin:/usr/sbin ldconfig -p | grep -F "$1 " >/dev/null
+}
+
 has_loader() {
   if [[ $OSTYPE == darwin* ]]; then
     any_file {/usr/local,/opt/homebrew}/lib/libvulkan.1.dylib
   else
-    # not `grep -q`: under pipefail it fails when it closes the pipe early
-    PATH=$PATH:/sbin:/usr/sbin ldconfig -p | grep 'libvulkan\.so\.1 ' >/dev/null
+    has_library libvulkan.so.1
   fi
 }
 
@@ -60,6 +72,17 @@ missing() {
     command -v spirv-val >/dev/null || echo spirv-tools
     has_vulkan_headers || echo libvulkan-dev # hosts in C
     has_cpp || echo g++
+    # what opens a window, and where: elsewhere than on Linux tools/view_test is skipped
+    if [[ $OSTYPE == linux* ]]; then
+      [[ -n $(lavapipe)${VK_DRIVER_FILES:-}${VK_ICD_FILENAMES:-} ]] || echo mesa-vulkan-drivers
+      command -v Xvfb >/dev/null || echo xvfb
+      command -v xdotool >/dev/null || echo xdotool
+      has_library libX11.so.6 || echo libx11-6
+      has_library libX11-xcb.so.1 || echo libx11-xcb1
+      has_library libXcursor.so.1 || echo libxcursor1
+      has_library libXi.so.6 || echo libxi6
+      has_library libxkbcommon-x11.so.0 || echo libxkbcommon-x11-0
+    fi
   fi
 }
 
@@ -80,6 +103,13 @@ glslang-tools          glslang                   glslang                   glsla
 spirv-tools            spirv-tools               spirv-tools               spirv-tools
 libvulkan-dev          vulkan-loader-devel       vulkan-headers            vulkan-headers
 g++                    gcc-c++                   gcc                       llvm
+xvfb                   xorg-x11-server-Xvfb      xorg-server-xvfb          -
+xdotool                xdotool                   xdotool                   -
+libx11-6               libX11                    libx11                    -
+libx11-xcb1            libX11-xcb                libx11                    -
+libxcursor1            libXcursor                libxcursor                -
+libxi6                 libXi                     libxi                     -
+libxkbcommon-x11-0     libxkbcommon-x11          libxkbcommon-x11          -
 END
   return 0
 }

@@ -7,13 +7,16 @@ use std::cell::RefCell;
 use std::ffi::c_void;
 use std::sync::atomic::{AtomicU32, Ordering};
 use umbrage::scene::Scene;
-use umbrage::{FrameInput, HostDevice, SceneBuffers};
+use umbrage::{FrameInput, HostDevice, ImageUse, LookupSet, SceneBuffers};
+use vk::{AccessFlags2 as A, ImageLayout as L, PipelineStageFlags2 as S};
 
-type Image = (vk::Image, vk::ImageView);
+/// An image and a view of all of it.
+pub type Image = (vk::Image, vk::ImageView);
 
 /// Instance, device, queue and all that was made on it; nothing is freed before the end.
 pub struct Vulkan {
-    pub(super) host: HostDevice,
+    /// As Umbrage gets it.
+    pub host: HostDevice,
     queue: vk::Queue,
     pool: vk::CommandPool,
     cmd: vk::CommandBuffer,
@@ -166,14 +169,19 @@ impl Vulkan {
         Ok(unsafe { self.host.device.create_shader_module(&vk::ShaderModuleCreateInfo::default().code(&words), None)? })
     }
 
-    pub(super) fn draw_pipeline(&self) -> Result<Pipeline> {
+    /// Draws the scene: into colour and normals, or, with the engine's set, into colour with shadows looked up.
+    pub(super) fn draw_pipeline(&self, lookup: Option<LookupSet>) -> Result<Pipeline> {
         unsafe {
             let device = &self.host.device;
             let push = [vk::PushConstantRange { stage_flags: vk::ShaderStageFlags::VERTEX, offset: 0, size: 112 }];
-            let info = vk::PipelineLayoutCreateInfo::default().push_constant_ranges(&push);
+            let layouts: Vec<_> = lookup.iter().map(|lookup| lookup.layout).collect();
+            let info = vk::PipelineLayoutCreateInfo::default().push_constant_ranges(&push).set_layouts(&layouts);
             let layout = device.create_pipeline_layout(&info, None)?;
             let vertex = self.module(include_bytes!("../../spirv/examples/host.vert.spv"))?;
-            let fragment = self.module(include_bytes!("../../spirv/examples/host.frag.spv"))?;
+            let fragment = self.module(match lookup {
+                None => include_bytes!("../../spirv/examples/host.frag.spv").as_slice(),
+                Some(_) => include_bytes!("../../spirv/examples/forward.frag.spv"),
+            })?;
             let stage =
                 |stage, module| vk::PipelineShaderStageCreateInfo::default().stage(stage).module(module).name(c"main");
             let stages = [stage(vk::ShaderStageFlags::VERTEX, vertex), stage(vk::ShaderStageFlags::FRAGMENT, fragment)];
@@ -197,11 +205,12 @@ impl Vulkan {
                 .depth_write_enable(true)
                 .depth_compare_op(vk::CompareOp::GREATER_OR_EQUAL);
             let all = vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA);
+            let colors = if lookup.is_some() { 1 } else { 2 };
             let blends = [all; 2];
-            let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&blends);
+            let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&blends[..colors]);
             let formats = [vk::Format::R8G8B8A8_UNORM, vk::Format::R32_UINT];
             let mut rendering = vk::PipelineRenderingCreateInfo::default()
-                .color_attachment_formats(&formats)
+                .color_attachment_formats(&formats[..colors])
                 .depth_attachment_format(vk::Format::D32_SFLOAT);
             let info = vk::GraphicsPipelineCreateInfo::default()
                 .stages(&stages)
@@ -216,7 +225,8 @@ impl Vulkan {
                 .push_next(&mut rendering);
             let made = device.create_graphics_pipelines(vk::PipelineCache::null(), &[info], None).map_err(|e| e.1)?[0];
             [vertex, fragment].into_iter().for_each(|module| device.destroy_shader_module(module, None));
-            Ok(self.keep(Pipeline { pipeline: made, layout, ..Default::default() }))
+            let set = lookup.map_or(vk::DescriptorSet::null(), |lookup| lookup.set);
+            Ok(self.keep(Pipeline { pipeline: made, layout, set, ..Default::default() }))
         }
     }
 
@@ -271,43 +281,70 @@ impl Vulkan {
         pipeline
     }
 
-    /// The host's pass before Umbrage: leaves its images as attachments.
-    pub(super) fn draw(
+    /// The host's pass before Umbrage: leaves depth and normals as attachments, colour readable.
+    pub(super) fn draw(&self, cmd: vk::CommandBuffer, pipeline: &Pipeline, images: [Image; 3], what: &Geometry<'_>) {
+        let [color, normal, depth] = images;
+        // the last frame's passes may still read them
+        let before = (S::COMPUTE_SHADER | WRITTEN.0 | TESTED.0, A::NONE, L::UNDEFINED);
+        self.transition(cmd, color.0, vk::Format::R8G8B8A8_UNORM, before, WRITTEN);
+        self.transition(cmd, normal.0, vk::Format::R32_UINT, before, WRITTEN);
+        self.transition(cmd, depth.0, vk::Format::D32_SFLOAT, before, TESTED);
+        self.geometry(cmd, pipeline, &[color.1, normal.1], depth.1, vk::AttachmentLoadOp::CLEAR, what);
+        let read = (S::COMPUTE_SHADER, A::SHADER_SAMPLED_READ, L::SHADER_READ_ONLY_OPTIMAL);
+        self.transition(cmd, color.0, vk::Format::R8G8B8A8_UNORM, WRITTEN, read);
+    }
+
+    /// The host's pass after Umbrage that looks shadows up itself, over the depth of the pass before; copied to `pixels`.
+    pub(super) fn forward(
         &self,
         cmd: vk::CommandBuffer,
         pipeline: &Pipeline,
-        [color, normal, depth]: [Image; 3],
-        buffers: &SceneBuffers,
-        scene: &Scene,
-        input: &FrameInput,
+        [color, depth]: [Image; 2],
+        pixels: vk::Buffer,
+        what: &Geometry<'_>,
+    ) {
+        let before = (S::ALL_TRANSFER, A::NONE, L::UNDEFINED);
+        self.transition(cmd, color.0, vk::Format::R8G8B8A8_UNORM, before, WRITTEN);
+        self.geometry(cmd, pipeline, &[color.1], depth.1, vk::AttachmentLoadOp::LOAD, what);
+        let copied = (S::ALL_TRANSFER, A::TRANSFER_READ, L::TRANSFER_SRC_OPTIMAL);
+        self.transition(cmd, color.0, vk::Format::R8G8B8A8_UNORM, WRITTEN, copied);
+        let aspect_mask = vk::ImageAspectFlags::COLOR;
+        let layers = vk::ImageSubresourceLayers { aspect_mask, layer_count: 1, ..Default::default() };
+        let extent = vk::Extent3D { width: SIZE[0], height: SIZE[1], depth: 1 };
+        let region = [vk::BufferImageCopy::default().image_subresource(layers).image_extent(extent)];
+        unsafe { self.host.device.cmd_copy_image_to_buffer(cmd, color.0, L::TRANSFER_SRC_OPTIMAL, pixels, &region) };
+        self.to_host(cmd, S::ALL_TRANSFER, A::TRANSFER_WRITE);
+    }
+
+    fn geometry(
+        &self,
+        cmd: vk::CommandBuffer,
+        pipeline: &Pipeline,
+        colors: &[vk::ImageView],
+        depth: vk::ImageView,
+        depth_load: vk::AttachmentLoadOp,
+        Geometry { buffers, scene, input }: &Geometry<'_>,
     ) {
         unsafe {
             let device = &self.host.device;
-            use vk::{AccessFlags2 as A, ImageLayout as L, PipelineStageFlags2 as S};
-            let written = (S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE, L::COLOR_ATTACHMENT_OPTIMAL);
-            let tested = (
-                S::EARLY_FRAGMENT_TESTS | S::LATE_FRAGMENT_TESTS,
-                A::DEPTH_STENCIL_ATTACHMENT_WRITE | A::DEPTH_STENCIL_ATTACHMENT_READ,
-            );
-            let tested = (tested.0, tested.1, L::DEPTH_ATTACHMENT_OPTIMAL);
-            // the last frame's compute passes may still read them
-            let before = (S::COMPUTE_SHADER | written.0 | tested.0, A::NONE, L::UNDEFINED);
-            self.transition(cmd, color.0, vk::Format::R8G8B8A8_UNORM, before, written);
-            self.transition(cmd, normal.0, vk::Format::R32_UINT, before, written);
-            self.transition(cmd, depth.0, vk::Format::D32_SFLOAT, before, tested);
-            let target = |view, image_layout| {
+            let target = |view, image_layout, load| {
                 let info = vk::RenderingAttachmentInfo::default().image_view(view).image_layout(image_layout);
-                info.load_op(vk::AttachmentLoadOp::CLEAR).store_op(vk::AttachmentStoreOp::STORE)
+                info.load_op(load).store_op(vk::AttachmentStoreOp::STORE)
             };
-            let colors = [target(color.1, L::COLOR_ATTACHMENT_OPTIMAL), target(normal.1, L::COLOR_ATTACHMENT_OPTIMAL)];
-            let depths = target(depth.1, L::DEPTH_ATTACHMENT_OPTIMAL);
+            let clear = vk::AttachmentLoadOp::CLEAR;
+            let colors: Vec<_> = colors.iter().map(|&view| target(view, L::COLOR_ATTACHMENT_OPTIMAL, clear)).collect();
+            let depth = target(depth, L::DEPTH_ATTACHMENT_OPTIMAL, depth_load);
             let info = vk::RenderingInfo::default()
                 .render_area(viewport().1[0])
                 .layer_count(1)
                 .color_attachments(&colors)
-                .depth_attachment(&depths);
+                .depth_attachment(&depth);
             device.cmd_begin_rendering(cmd, &info);
-            device.cmd_bind_pipeline(cmd, vk::PipelineBindPoint::GRAPHICS, pipeline.pipeline);
+            let point = vk::PipelineBindPoint::GRAPHICS;
+            device.cmd_bind_pipeline(cmd, point, pipeline.pipeline);
+            if pipeline.set != vk::DescriptorSet::null() {
+                device.cmd_bind_descriptor_sets(cmd, point, pipeline.layout, 0, &[pipeline.set], &[]);
+            }
             device.cmd_bind_vertex_buffers(cmd, 0, &[buffers.positions], &[0]);
             device.cmd_bind_index_buffer(cmd, buffers.indices, 0, vk::IndexType::UINT32);
             let clip = input.clip_from_view * DMat4::from_mat3(input.view_from_world);
@@ -317,20 +354,14 @@ impl Vulkan {
                 let mut rows = instance.rows;
                 (0..3).for_each(|i| rows[i][3] = offset[i] as f32);
                 let column = |i: usize| DVec3::from_array([0, 1, 2].map(|r| f64::from(instance.rows[r][i])));
-                let from_mesh = DMat4::from_cols(
-                    column(0).extend(0.0),
-                    column(1).extend(0.0),
-                    column(2).extend(0.0),
-                    offset.extend(1.0),
-                );
-                let push: Vec<u8> =
-                    [bytemuck::bytes_of(&(clip * from_mesh).as_mat4()), bytemuck::bytes_of(&rows)].concat();
+                let columns = [column(0).extend(0.0), column(1).extend(0.0), column(2).extend(0.0), offset.extend(1.0)];
+                let [x, y, z, w] = columns;
+                let clip_from_mesh = (clip * DMat4::from_cols(x, y, z, w)).as_mat4();
+                let push = [bytemuck::bytes_of(&clip_from_mesh), bytemuck::bytes_of(&rows)].concat();
                 device.cmd_push_constants(cmd, pipeline.layout, vk::ShaderStageFlags::VERTEX, 0, &push);
                 device.cmd_draw_indexed(cmd, mesh.index_count, 1, mesh.first_index, 0, 0);
             }
             device.cmd_end_rendering(cmd);
-            let read = (S::COMPUTE_SHADER, A::SHADER_SAMPLED_READ, L::SHADER_READ_ONLY_OPTIMAL);
-            self.transition(cmd, color.0, vk::Format::R8G8B8A8_UNORM, written, read);
         }
     }
 
@@ -342,14 +373,15 @@ impl Vulkan {
             device.cmd_bind_pipeline(cmd, point, pipeline.pipeline);
             device.cmd_bind_descriptor_sets(cmd, point, pipeline.layout, 0, &[pipeline.set], &[]);
             device.cmd_dispatch(cmd, SIZE[0].div_ceil(8), SIZE[1].div_ceil(8), 1);
-            use vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
-            let barrier = [vk::MemoryBarrier2::default()
-                .src_stage_mask(S::COMPUTE_SHADER)
-                .src_access_mask(A::SHADER_STORAGE_WRITE)
-                .dst_stage_mask(S::HOST)
-                .dst_access_mask(A::HOST_READ)];
-            device.cmd_pipeline_barrier2(cmd, &vk::DependencyInfo::default().memory_barriers(&barrier));
+            self.to_host(cmd, S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE);
         }
+    }
+
+    fn to_host(&self, cmd: vk::CommandBuffer, stage: S, access: A) {
+        let barrier = vk::MemoryBarrier2::default().src_stage_mask(stage).src_access_mask(access);
+        let barrier = [barrier.dst_stage_mask(S::HOST).dst_access_mask(A::HOST_READ)];
+        let info = vk::DependencyInfo::default().memory_barriers(&barrier);
+        unsafe { self.host.device.cmd_pipeline_barrier2(cmd, &info) };
     }
 
     fn transition(&self, cmd: vk::CommandBuffer, image: vk::Image, format: vk::Format, from: Use, to: Use) {
@@ -366,12 +398,20 @@ impl Vulkan {
         unsafe { self.host.device.cmd_pipeline_barrier2(cmd, &info) };
     }
 
-    pub(super) fn submit(&self, record: impl FnOnce(vk::CommandBuffer)) -> Result<()> {
+    /// Fills the command buffer.
+    pub fn record(&self, record: impl FnOnce(vk::CommandBuffer)) -> Result<()> {
         unsafe {
             let device = &self.host.device;
             device.begin_command_buffer(self.cmd, &vk::CommandBufferBeginInfo::default())?;
             record(self.cmd);
-            device.end_command_buffer(self.cmd)?;
+            Ok(device.end_command_buffer(self.cmd)?)
+        }
+    }
+
+    pub(super) fn submit(&self, record: impl FnOnce(vk::CommandBuffer)) -> Result<()> {
+        self.record(record)?;
+        unsafe {
+            let device = &self.host.device;
             let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.cmd)];
             let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
             device.queue_submit2(self.queue, &submit, vk::Fence::null())?;
@@ -380,7 +420,20 @@ impl Vulkan {
     }
 }
 
-type Use = (vk::PipelineStageFlags2, vk::AccessFlags2, vk::ImageLayout);
+type Use = (S, A, L);
+
+const WRITTEN: Use = (S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE, L::COLOR_ATTACHMENT_OPTIMAL);
+const TESTED: Use = {
+    let ImageUse { layout, stage, access } = ImageUse::DEPTH_ATTACHMENT;
+    (stage, access, layout)
+};
+
+/// What both passes over the scene draw.
+pub struct Geometry<'a> {
+    pub(super) buffers: &'a SceneBuffers,
+    pub(super) scene: &'a Scene,
+    pub(super) input: &'a FrameInput,
+}
 
 fn whole(format: vk::Format) -> vk::ImageSubresourceRange {
     let depth = format == vk::Format::D32_SFLOAT;

@@ -32,7 +32,7 @@ struct Frame {
     vec4 eye;            // relative to the scene's origin
     vec4 eye_low;        // what single precision left of that
     uvec4 size;          // xy: image size in pixels, z: level rule (0 area, 1 min_length), w: first record of the view's lights
-    uvec4 lights;        // x: slots of lights in use, y: whether any of them has a place
+    uvec4 lights;        // x: slots of lights in use, y: whether any of them has a place, z: texels of a page's gutter, w: bit 0 whether levels are blended, 1 whether ranges of layers are known
     uvec4 cache;         // x: FORGET_PAGES and FORGET_CASTERS, y: number of the frame, z: frames a caster must stand still to be cached, w: cost of a page in pairs
     vec4 rule;           // x: texels per page side without gutters, y: bias in texels, z: texels by which cached content may be off, w: start of rays along the normal
     Light sun;           // the first light: uniform data is cheaper than a list, and one sun is what most scenes have

@@ -6,7 +6,7 @@ use super::guard::{Failure, Guarded, UmbrageResult, guard};
 use super::input::{fill, mutable, output, present, reference, slice};
 use super::light::{UmbrageLight, UmbrageLightId};
 use super::scene::{UmbrageFrameInput, UmbrageScene, UmbrageView, Views};
-use super::vulkan::{VkCommandBuffer, VkImage, VkImageView};
+use super::vulkan::*;
 use crate::{Counters, Engine, FrameId, LightId};
 use std::ffi::c_char;
 
@@ -47,6 +47,14 @@ unsafe fn change(
 unsafe fn read<'a>(engine: *const UmbrageEngine) -> Result<&'a Engine, Failure> {
     // SAFETY: the caller vouches for the pointer
     unsafe { reference(engine, "the engine")? }.0.read()
+}
+
+fn known_view(engine: &Engine, view: u32) -> Result<usize, Failure> {
+    let views = engine.views.len();
+    if (view as usize) < views {
+        return Ok(view as usize);
+    }
+    Err(Failure::limit("view", view, format!("0 to {}", views - 1)))
 }
 
 /// Makes an engine and everything it needs; nothing is allocated on the device afterwards. views: what each view of a frame
@@ -293,6 +301,29 @@ pub unsafe extern "C" fn umbrage_memory(
     })
 }
 
+/// What shaders of the host bind to look shadows up themselves in a view, after the commands of its frame and before those of
+/// the next: glsl/host/umbrage.glsl. layout: for pipeline layouts. set: bound at the number that the shader calls UMBRAGE_SET.
+/// They change with umbrage_resize.
+///
+/// # Safety
+/// engine: made and not destroyed.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn umbrage_lookup(
+    engine: *const UmbrageEngine,
+    view: u32,
+    layout: *mut VkDescriptorSetLayout,
+    set: *mut VkDescriptorSet,
+) -> UmbrageResult {
+    guard(|| {
+        // SAFETY: the caller vouches for the pointers
+        let (engine, layout, set) = unsafe { (read(engine)?, output(layout, "layout")?, output(set, "set")?) };
+        let lookup = engine.lookup(known_view(engine, view)?);
+        layout.write(lookup.layout);
+        set.write(lookup.set);
+        Ok(())
+    })
+}
+
 /// The mask of a view, of its size: an array of R32_UINT images with mask_bits for each light, in the order of slots from the
 /// lowest bits of the first layer. 1 lit, 0 shadowed or not reached by the light, 1 where there is no surface, shares with a
 /// filter or several samples a pixel. With 32 bits the words are floats, and layer i is the light of slot i. They change
@@ -311,11 +342,7 @@ pub unsafe extern "C" fn umbrage_mask(
         // SAFETY: the caller vouches for the pointers
         let (engine, image, image_view) =
             unsafe { (read(engine)?, output(image, "image")?, output(image_view, "image_view")?) };
-        let views = engine.views.len();
-        if view as usize >= views {
-            return Err(Failure::limit("view", view, format!("0 to {}", views - 1)));
-        }
-        let mask = engine.mask(view as usize);
+        let mask = engine.mask(known_view(engine, view)?);
         image.write(mask.0);
         image_view.write(mask.1);
         Ok(())

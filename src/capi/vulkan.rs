@@ -4,7 +4,8 @@ use ash::vk;
 
 pub use vk::{
     AccessFlags2 as VkAccessFlags2, Bool32 as VkBool32, Buffer as VkBuffer, CommandBuffer as VkCommandBuffer,
-    Device as VkDevice, Format as VkFormat, Image as VkImage, ImageLayout as VkImageLayout, ImageView as VkImageView,
+    DescriptorSet as VkDescriptorSet, DescriptorSetLayout as VkDescriptorSetLayout, Device as VkDevice,
+    Format as VkFormat, Image as VkImage, ImageLayout as VkImageLayout, ImageView as VkImageView,
     Instance as VkInstance, PhysicalDevice as VkPhysicalDevice, PhysicalDeviceFeatures as VkPhysicalDeviceFeatures,
     PipelineStageFlags2 as VkPipelineStageFlags2, SampleCountFlags as VkSampleCountFlagBits,
 };

@@ -5,9 +5,12 @@ use std::path::{Path, PathBuf};
 use umbrage::methods::{self, MethodSpec};
 use umbrage::scene::MAX_COPIES;
 use umbrage::view::{CameraPath, MAX_SIDE, MAX_SYNTHETIC_LIGHTS, PATH_NAMES};
+use umbrage::window::Pace;
 
 /// Methods that `bench` runs when none are named: a conventional map, the cache, and every page anew in every frame.
 const BENCH_METHODS: &str = "uniform:resolution=4096,rmsm,rmsm:cache=off";
+/// Methods that `view` switches between when none are named.
+const VIEW_METHODS: &str = "rmsm,uniform,csm,raytraced";
 /// One turn a frame.
 const MAX_SUN_RATE: f64 = 21600.0;
 
@@ -16,6 +19,7 @@ Examples:
   umbrage render --out out
   umbrage compare town.glb --methods rmsm,uniform:resolution=4096,raytraced --out out
   umbrage bench town.glb --path walk --frames 300 --out out
+  umbrage view town.glb
   umbrage methods
   umbrage info";
 const RENDER_EXAMPLE: &str = "\
@@ -27,6 +31,11 @@ Example:
 const BENCH_EXAMPLE: &str = "\
 Example:
   umbrage bench town.glb --path turn --frames 300 --animate --sun-rate 2 --truth-every 10 --out out";
+const VIEW_EXAMPLE: &str = "\
+F1 in the window shows the keys.
+
+Example:
+  umbrage view town.glb --methods rmsm,rmsm:exact=true,uniform:resolution=8192";
 const METHODS_EXAMPLE: &str = "\
 Example:
   umbrage methods
@@ -55,6 +64,9 @@ pub enum Command {
     /// Runs several methods over the frames of a camera path and reports each frame's time, pages and error.
     #[command(after_help = BENCH_EXAMPLE)]
     Bench(BenchArgs),
+    /// Opens a window: fly through a scene, switch methods, see what goes on inside them.
+    #[command(after_help = VIEW_EXAMPLE)]
+    View(ViewArgs),
     /// Lists the methods with their sources and keys.
     #[command(after_help = METHODS_EXAMPLE)]
     Methods,
@@ -63,7 +75,7 @@ pub enum Command {
     Info,
 }
 
-/// What is looked at, where it is drawn and where the results go.
+/// What is looked at and where it is drawn.
 #[derive(Debug, clap::Args)]
 pub struct Common {
     /// A .gltf or .glb file, or `builtin`.
@@ -90,15 +102,15 @@ pub struct Common {
     /// Prints nothing but errors.
     #[arg(long)]
     pub quiet: bool,
-    /// Folder for the results; made where it is missing.
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
 }
 
 #[derive(Debug, clap::Args)]
 pub struct RenderArgs {
     #[command(flatten)]
     pub common: Common,
+    /// Folder for the results; made where it is missing.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
     /// The method, NAME[:key=value,...]; `umbrage methods` lists them.
     #[arg(long, value_name = "SPEC", default_value = "rmsm", value_parser = method)]
     pub method: MethodSpec,
@@ -117,6 +129,9 @@ pub struct RenderArgs {
 pub struct CompareArgs {
     #[command(flatten)]
     pub common: Common,
+    /// Folder for the results; made where it is missing.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
     /// The methods, A,B:key=value,...; the first is the measure of the others.
     #[arg(long, value_name = "LIST", value_parser = method_list)]
     pub methods: MethodList,
@@ -132,6 +147,9 @@ pub struct CompareArgs {
 pub struct BenchArgs {
     #[command(flatten)]
     pub common: Common,
+    /// Folder for the results; made where it is missing.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
     /// still, walk, turn, fly, cut (or teleport), zoom, or a .json file {"keys":[{"frame","eye","target","fov_y_deg"}]}.
     #[arg(long, value_name = "NAME|FILE", default_value = "walk", value_parser = path)]
     pub path: PathChoice,
@@ -159,6 +177,27 @@ pub struct BenchArgs {
     /// Seed of jitter, viewpoints and movers.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
+}
+
+#[derive(Debug, clap::Args)]
+pub struct ViewArgs {
+    #[command(flatten)]
+    pub common: Common,
+    /// The methods to switch between, A,B:key=value,...; the first is shown first.
+    #[arg(long, value_name = "LIST", default_value = VIEW_METHODS, value_parser = method_list)]
+    pub methods: MethodList,
+    /// Plays the file's first animation; a scene without one gets one mover of 5,000 triangles.
+    #[arg(long)]
+    pub animate: bool,
+    /// Adds movers of 5,000 triangles each, 0 to 64; a file's own animation then stands still.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=64))]
+    pub movers: Option<u32>,
+    /// When a picture reaches the screen: with its refresh (fifo, mailbox) or at once (immediate).
+    #[arg(long, value_name = "MODE", default_value = "fifo", value_parser = pace)]
+    pub present: Pace,
+    /// Folder for screenshots; made where it is missing.
+    #[arg(long, value_name = "DIR", default_value = ".")]
+    pub out: PathBuf,
 }
 
 /// A path as typed; a file is read when the program runs.
@@ -197,6 +236,15 @@ fn path(text: &str) -> Result<PathChoice, String> {
 fn sun_rate(text: &str) -> Result<f64, String> {
     let rate = text.parse().ok().filter(|rate| (-MAX_SUN_RATE..=MAX_SUN_RATE).contains(rate));
     rate.ok_or_else(|| format!("allowed is a number of degrees a second from -{MAX_SUN_RATE} to {MAX_SUN_RATE}"))
+}
+
+fn pace(text: &str) -> Result<Pace, String> {
+    match text {
+        "fifo" => Ok(Pace::Fifo),
+        "mailbox" => Ok(Pace::Mailbox),
+        "immediate" => Ok(Pace::Immediate),
+        _ => Err("allowed is fifo, mailbox or immediate".into()),
+    }
 }
 
 fn checked(spec: MethodSpec) -> Result<MethodSpec, String> {

@@ -26,7 +26,7 @@ use umbrage::view::{CameraPath, PathFile};
 pub fn run(args: &BenchArgs) -> Result<(), Failure> {
     let common = &args.common;
     let specs = &args.methods.0;
-    let folder = Folder::open(&common.out)?;
+    let folder = Folder::open(&args.out)?;
     let (path, path_name) = match &args.path {
         PathChoice::Named(path) => (path.clone(), format!("{path:?}").to_lowercase()),
         PathChoice::File(file) => (CameraPath::Keys(PathFile::read(file)?), file.to_string_lossy().into_owned()),
@@ -68,7 +68,7 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
         print::out(&sheet::table(&bench.runs));
         let what = format!("{} frames of path {path_name} by turns", args.frames);
         print::out(&compare::footer(&lab, &what));
-        print::out(&where_it_is(&common.out));
+        print::out(&where_it_is(&args.out));
     }
     Ok(())
 }

@@ -23,7 +23,7 @@ const COVERAGE: [&str; 2] = ["coverage %", "on edges %"];
 pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     let common = &args.common;
     let specs = &args.methods.0;
-    let folder = Folder::open(&common.out)?;
+    let folder = Folder::open(&args.out)?;
     let progress = Progress::new(common.quiet);
     let lab = setup::open(common, &progress)?;
     let mut methods = specs.iter().map(|spec| methods::create(spec, &lab)).collect::<Result<Vec<_>, _>>()?;
@@ -64,7 +64,7 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
         print::out(&table(&comparison.rows));
         print::out(&by_light(&comparison.rows));
         print::out(&footer(&lab, &format!("{} rounds by turns", args.rounds)));
-        print::out(&format!("results are in {}\n", common.out.display()));
+        print::out(&format!("results are in {}\n", args.out.display()));
     }
     Ok(())
 }

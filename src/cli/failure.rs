@@ -55,7 +55,7 @@ impl From<clap::Error> for Failure {
     fn from(error: clap::Error) -> Self {
         use clap::error::ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand as NoCommand;
         let text = if error.kind() == NoCommand {
-            "no command was given, allowed are render, compare, bench, methods, info and --help".to_owned()
+            "no command was given, allowed are render, compare, bench, view, methods, info and --help".to_owned()
         } else {
             // the sentence ends at the first empty line; usage and tips follow
             let text = error.render().to_string();

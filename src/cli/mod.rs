@@ -14,6 +14,7 @@ mod progress;
 mod render;
 mod report;
 mod setup;
+mod view;
 
 use args::{Args, Command};
 use clap::Parser;
@@ -44,6 +45,7 @@ fn run(command: &Command) -> Result<(), Failure> {
         Command::Render(args) => render::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Bench(args) => bench::run(args),
+        Command::View(args) => view::run(args),
         Command::Methods => methods::run(),
         Command::Info => info::run(),
     }

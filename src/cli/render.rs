@@ -18,7 +18,7 @@ use umbrage::truth::GBuffer;
 
 /// Renders, measures and writes the results.
 pub fn run(args: &RenderArgs) -> Result<(), Failure> {
-    let folder = Folder::open(&args.common.out)?;
+    let folder = Folder::open(&args.out)?;
     let progress = Progress::new(args.common.quiet);
     let lab = setup::open(&args.common, &progress)?;
     let mut methods = [methods::create(&args.method, &lab)?];
@@ -56,7 +56,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         Ok(())
     })?;
     if !args.common.quiet {
-        print::out(&summary(&stats, &args.common.out));
+        print::out(&summary(&stats, &args.out));
     }
     Ok(())
 }

@@ -10,6 +10,7 @@ use umbrage::lab::{Lab, LabError, LabOptions, View};
 use umbrage::scene::{self, LoadOptions, Motion};
 use umbrage::truth::{Reference, reference_coverage};
 use umbrage::view::{DEFAULT_SIZE, ViewFile};
+use umbrage::window::Content;
 
 /// What to type for the built-in scene.
 const BUILTIN: &str = "builtin";
@@ -37,6 +38,21 @@ pub fn open(common: &Common, progress: &Progress) -> Result<Lab, Failure> {
 
 /// Opens the bench that the arguments describe, with what moves in it.
 pub fn open_moving(common: &Common, movement: Movement, progress: &Progress) -> Result<Lab, Failure> {
+    let Content { scene, view, motion } = load(common, movement, progress)?;
+    let mut lab = progress.during("opening the device", || Lab::new(&options(common), scene, view))?;
+    if let Some(motion) = motion {
+        lab.set_motion(motion);
+    }
+    Ok(lab)
+}
+
+/// What the arguments choose about the device.
+pub fn options(common: &Common) -> LabOptions {
+    LabOptions { device: common.device, validation: common.validation }
+}
+
+/// Loads scene and view that the arguments describe.
+pub fn load(common: &Common, movement: Movement, progress: &Progress) -> Result<Content, Failure> {
     let file = common.view.as_deref().map(ViewFile::read).transpose()?;
     let Movement { animate, movers, seed, copies } = movement;
     let (mut scene, mut motion) = if common.scene == Path::new(BUILTIN) {
@@ -75,12 +91,7 @@ pub fn open_moving(common: &Common, movement: Movement, progress: &Progress) -> 
     if count > 0 {
         motion = Some(Motion::synthetic(&mut scene, view.camera.eye, view.camera.target, count, seed));
     }
-    let options = LabOptions { device: common.device, validation: common.validation };
-    let mut lab = progress.during("opening the device", || Lab::new(&options, scene, view))?;
-    if let Some(motion) = motion {
-        lab.set_motion(motion);
-    }
-    Ok(lab)
+    Ok(Content { scene, view, motion })
 }
 
 /// Traces the rays that the results are compared with, for each light of the view.
@@ -106,7 +117,11 @@ pub fn coverages(lab: &Lab, samples: u32, progress: &Progress) -> Result<Vec<Vec
 
 /// Fails on the first message of the validation layer, where it is on.
 pub fn validated(lab: &Lab) -> Result<(), Failure> {
-    let messages = lab.validation_messages();
+    silent(&lab.validation_messages())
+}
+
+/// Fails on the first of the validation layer's messages.
+pub fn silent(messages: &[String]) -> Result<(), Failure> {
     let failure = |first| Failure::other(format!("--validation found {} messages, the first: {first}", messages.len()));
     messages.first().map_or(Ok(()), |first| Err(failure(first)))
 }

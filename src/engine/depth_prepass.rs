@@ -126,7 +126,7 @@ impl DepthPrepass {
         let constants = camera_constants(self.size, input)?;
         use Access::*;
         let device = &self.gpu.device;
-        self.gpu.begin_label(cmd, "depth_prepass");
+        self.gpu.begin_label(cmd, c"depth prepass");
         sync::barrier(device, cmd, &[(GraphicsRead, TransferWrite)]);
         // SAFETY: the command buffer is recording; the constants are smaller than 64 KiB
         unsafe { device.cmd_update_buffer(cmd, self.frame.raw, 0, bytemuck::bytes_of(&constants)) };

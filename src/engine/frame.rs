@@ -31,6 +31,21 @@ impl FrameData {
 }
 
 impl Engine {
+    /// Writes what the CPU knows of a frame.
+    pub(super) fn upload(&self, cmd: vk::CommandBuffer, data: &FrameData) {
+        let (device, b) = (&self.gpu.device, &self.buffers);
+        // SAFETY: the command buffer is recording; the constants are smaller than 64 KiB
+        unsafe {
+            for (frame, constants) in b.frames.iter().zip(&data.constants) {
+                device.cmd_update_buffer(cmd, frame.raw, 0, bytemuck::bytes_of(constants));
+            }
+            let records: &[u8] = bytemuck::cast_slice(&data.lights);
+            for (i, part) in records.chunks(UPDATE).enumerate() {
+                device.cmd_update_buffer(cmd, b.lights.raw, (i * UPDATE) as u64, part);
+            }
+        }
+    }
+
     /// Records one frame. Commands do not depend on what the GPU finds.
     pub(super) fn record_timeline(&self, cmd: vk::CommandBuffer, data: &FrameData, mut timer: Option<&mut Timer>) {
         let constants = &data.constants[0];
@@ -41,13 +56,11 @@ impl Engine {
         let size = self.config.size;
         let next = || sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite)]);
         let mut stage = |name: &'static str| {
-            self.gpu.end_label(cmd);
-            self.gpu.begin_label(cmd, "umbrage");
             if let Some(timer) = &mut timer {
                 timer.mark(cmd, name);
             }
         };
-        self.gpu.begin_label(cmd, "umbrage");
+        self.gpu.begin_label(cmd, c"umbrage");
 
         // what the last frame read or wrote is reset; the buffers need no copies because the GPU runs frames in order
         sync::barrier(
@@ -62,15 +75,9 @@ impl Engine {
                 (IndirectRead, ComputeWrite),
             ],
         );
-        // SAFETY: the command buffer is recording; the constants are smaller than 64 KiB
+        self.upload(cmd, data);
+        // SAFETY: the command buffer is recording
         unsafe {
-            for (frame, constants) in b.frames.iter().zip(&data.constants) {
-                device.cmd_update_buffer(cmd, frame.raw, 0, bytemuck::bytes_of(constants));
-            }
-            let records: &[u8] = bytemuck::cast_slice(&data.lights);
-            for (i, part) in records.chunks(UPDATE).enumerate() {
-                device.cmd_update_buffer(cmd, b.lights.raw, (i * UPDATE) as u64, part);
-            }
             for buffer in [&b.counters, &b.table_keys, &b.entries, &b.nodes, &b.histogram, &b.roots] {
                 device.cmd_fill_buffer(cmd, buffer.raw, 0, vk::WHOLE_SIZE, 0);
             }
@@ -198,14 +205,14 @@ impl Engine {
         stage("cull");
 
         if constants.cache[0] & frame_flags::FORGET_PAGES != 0 {
-            sync::discard(device, cmd, &b.atlas, ComputeRead, DepthAttachment);
+            sync::discard(device, cmd, &b.atlas, LookupRead, DepthAttachment);
         } else {
-            sync::image(device, cmd, &b.atlas, ComputeRead, DepthAttachment);
+            sync::image(device, cmd, &b.atlas, LookupRead, DepthAttachment);
         }
         self.tiles.record(cmd, b);
-        sync::image(device, cmd, &b.atlas, DepthAttachment, ComputeRead);
+        sync::image(device, cmd, &b.atlas, DepthAttachment, LookupRead);
         if self.tiles.record_ranges(cmd, b) {
-            sync::barrier(device, cmd, &[(ComputeWrite, ComputeRead)]);
+            sync::barrier(device, cmd, &[(ComputeWrite, LookupRead)]);
         }
         stage("tiles");
 

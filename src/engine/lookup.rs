@@ -8,7 +8,7 @@ use super::view::ViewBuffers;
 use crate::config::BEND;
 #[cfg(feature = "lab")]
 use crate::gpu::Image;
-use crate::gpu::{Binding, Compute, Gpu, spirv};
+use crate::gpu::{Binding, Compute, Gpu, HostSet, spirv};
 use crate::{Config, Error};
 use ash::vk;
 use std::sync::Arc;
@@ -70,6 +70,12 @@ impl Lookup {
             Binding::Sampled(&b.atlas),
             Binding::Storage(&b.lights),
         ]
+    }
+
+    /// What `glsl/host/umbrage.glsl` reads, for shaders of the host.
+    pub(crate) fn host_set(gpu: &Arc<Gpu>, b: &Buffers, number: usize) -> Result<HostSet, Error> {
+        let [keys, entries, lights, ranges] = [&b.table_keys, &b.entries, &b.lights, &b.ranges].map(Binding::Storage);
+        HostSet::new(gpu, "host lookup", &[b.frame(number), keys, entries, Binding::Sampled(&b.atlas), lights, ranges])
     }
 
     /// `sun`: the only light is directional, in slot 0.

@@ -11,6 +11,8 @@ pub(crate) mod cull;
 pub(crate) mod depth_prepass;
 pub(crate) mod exact;
 mod frame;
+#[cfg(feature = "lab")]
+mod frozen;
 pub(crate) mod gradient;
 pub(crate) mod lights;
 pub(crate) mod lookup;
@@ -64,6 +66,15 @@ pub struct Engine {
     recorded: u64,
     scene: SceneBuffers,
     gpu: Arc<Gpu>,
+}
+
+/// A descriptor set for shaders of the host.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LookupSet {
+    /// For the host's pipeline layouts.
+    pub layout: vk::DescriptorSetLayout,
+    /// Bound at the number that the shader calls `UMBRAGE_SET`.
+    pub set: vk::DescriptorSet,
 }
 
 /// A recorded frame of an engine.
@@ -275,25 +286,32 @@ impl Engine {
             bias: self.steering.bias(),
             page_cost: self.steering.page_cost(),
         };
-        let (used, local) = (self.lights.used(), u32::from(self.lights.any_local()));
+        let used = self.lights.used();
         let mut data = std::mem::take(&mut self.data);
         let filled = self.fill(&mut data, inputs, &next);
         if filled.is_ok() {
             if self.lights.turned(&mut data.lights[..used as usize]) {
                 next.flags |= frame_flags::LIGHT_MOVED;
             }
-            for (view, constants) in (0..).zip(&mut data.constants) {
-                constants.cache[0] = next.flags;
-                constants.size[3] = view * used;
-                constants.lights = [used, local, 0, 0];
-                constants.sun = data.lights.get((view * used) as usize).copied().unwrap_or(Zeroable::zeroed());
-            }
+            self.finish(&mut data, next.flags);
             self.history = next;
             self.recorded += 1;
             self.record_timeline(cmd, &data, timer);
         }
         self.data = data;
         filled.map(|()| FrameId(self.recorded))
+    }
+
+    /// What the constants of the views take from all lights.
+    fn finish(&self, data: &mut FrameData, flags: u32) {
+        let (used, local) = (self.lights.used(), u32::from(self.lights.any_local()));
+        let lookup = u32::from(self.config.level_blend) | u32::from(self.config.filter.ranged()) << 1;
+        for (view, constants) in (0..).zip(&mut data.constants) {
+            constants.cache[0] = flags;
+            constants.size[3] = view * used;
+            constants.lights = [used, local, self.config.gutter, lookup];
+            constants.sun = data.lights.get((view * used) as usize).copied().unwrap_or(Zeroable::zeroed());
+        }
     }
 
     /// What depends on the inputs alone.
@@ -350,6 +368,16 @@ impl Engine {
         memory.push(("exact", rays + self.bvh.as_ref().map_or(0, bvh::Bvh::bytes)));
         memory.push(("sort", sort + self.compact.as_ref().map_or(0, compact::Compact::bytes)));
         memory
+    }
+
+    /// What shaders of the host bind to look shadows up themselves in a view, after the commands of its frame and before
+    /// those of the next: `glsl/host/umbrage.glsl`. Vertex, fragment and compute shaders may. Changed by [`Engine::resize`].
+    ///
+    /// # Panics
+    /// When there is no such view.
+    pub fn lookup(&self, view: usize) -> LookupSet {
+        let (layout, set) = self.views[view].host_set.handles();
+        LookupSet { layout, set }
     }
 
     /// The mask of a view, of its size: an array of R32_UINT images with [`Config::mask_bits`] for each light, in the order of slots from

@@ -7,7 +7,7 @@ use super::gradient::{self, Gradient};
 use super::lookup::Lookup;
 use super::request::Request;
 use super::sort::Sort;
-use crate::gpu::{Buffer, Gpu, Image, ImageSpec};
+use crate::gpu::{Buffer, Gpu, HostSet, Image, ImageSpec};
 use crate::host::{ImageUse, ReceiverImages, Receivers, SceneBuffers};
 use crate::{Config, Error};
 use ash::vk;
@@ -60,6 +60,7 @@ pub(crate) struct View {
     pub(crate) gradients: Vec<(ReceiverImages, Gradient)>,
     pub(crate) request: Request,
     pub(crate) lookup: Lookup,
+    pub(crate) host_set: HostSet,
     pub(crate) exact: Option<Exact>,
 }
 
@@ -103,6 +104,7 @@ impl View {
             gradients: receivers.images.iter().map(gradient).collect::<Result<_, Error>>()?,
             request: Request::new(gpu, config, b, (number, &buffers), sort, size)?,
             lookup: Lookup::new(gpu, config, b, (number, &buffers), exact.as_ref())?,
+            host_set: Lookup::host_set(gpu, b, number)?,
             exact,
             buffers,
         })

@@ -8,12 +8,12 @@ pub(crate) mod sync;
 #[cfg_attr(not(feature = "lab"), allow(dead_code))] // the lab makes and reads timers
 mod timer;
 
-pub(crate) use pipeline::{Binding, Compute, Graphics, GraphicsState, Shaders, set_area};
+pub(crate) use pipeline::{Binding, Compute, Graphics, GraphicsState, HostSet, Shaders, set_area};
 pub(crate) use resources::{Buffer, Image, ImageSpec, Memory};
 pub(crate) use structure::{Structure, instances};
 pub(crate) use timer::Timer;
 
-use crate::error::{Context, Error};
+use crate::error::Error;
 use ash::vk;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use std::ffi::CStr;
@@ -126,10 +126,19 @@ impl Gpu {
     }
 
     /// Opens a debug region in the command buffer; closed by [`Gpu::end_label`].
-    pub(crate) fn begin_label(&self, cmd: vk::CommandBuffer, name: &str) {
-        let (Some(utils), Ok(text)) = (&self.debug_utils, std::ffi::CString::new(name)) else { return };
-        // SAFETY: the command buffer is recording
-        unsafe { utils.cmd_begin_debug_utils_label(cmd, &vk::DebugUtilsLabelEXT::default().label_name(&text)) };
+    pub(crate) fn begin_label(&self, cmd: vk::CommandBuffer, name: &CStr) {
+        if let Some(utils) = &self.debug_utils {
+            // SAFETY: the command buffer is recording
+            unsafe { utils.cmd_begin_debug_utils_label(cmd, &vk::DebugUtilsLabelEXT::default().label_name(name)) };
+        }
+    }
+
+    /// Names what is recorded next.
+    pub(crate) fn insert_label(&self, cmd: vk::CommandBuffer, name: &CStr) {
+        if let Some(utils) = &self.debug_utils {
+            // SAFETY: the command buffer is recording
+            unsafe { utils.cmd_insert_debug_utils_label(cmd, &vk::DebugUtilsLabelEXT::default().label_name(name)) };
+        }
     }
 
     /// Closes the innermost debug region.
@@ -265,15 +274,6 @@ pub unsafe fn missing_features(instance: &ash::Instance, physical_device: vk::Ph
         }
     }
     missing
-}
-
-/// Reads SPIR-V words from embedded bytes and makes a module.
-pub(crate) fn shader_module(gpu: &Gpu, name: &str, bytes: &[u8]) -> Result<vk::ShaderModule, Error> {
-    let words = ash::util::read_spv(&mut std::io::Cursor::new(bytes))
-        .map_err(|error| Error::Unsupported { what: format!("shader {name}: {error}") })?;
-    // SAFETY: the words passed spirv-val when they were built
-    unsafe { gpu.device.create_shader_module(&vk::ShaderModuleCreateInfo::default().code(&words), None) }
-        .context("vkCreateShaderModule")
 }
 
 /// Embeds a shader of `spirv/` by its path without `.spv`.

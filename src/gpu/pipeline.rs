@@ -1,9 +1,10 @@
 //! Pipelines with their descriptor set: bindings are given once, in binding order, when the pipeline is made.
 
-use super::{Buffer, Gpu, Image, Structure, shader_module, sync};
+use super::{Buffer, Gpu, Image, Structure, sync};
 use crate::error::{Context, Error};
 use ash::vk;
 use bytemuck::Pod;
+use std::ffi::CString;
 use std::sync::Arc;
 
 /// A resource at its place in the binding order.
@@ -37,6 +38,8 @@ impl Binding<'_> {
 /// Layout, set and everything else that compute and graphics pipelines share.
 struct Layout {
     name: &'static str,
+    /// The same, for debuggers.
+    label: CString,
     layout: vk::PipelineLayout,
     set_layout: vk::DescriptorSetLayout,
     pool: vk::DescriptorPool,
@@ -57,6 +60,7 @@ impl Layout {
     ) -> Result<Self, Error> {
         let mut this = Self {
             name,
+            label: CString::new(name).unwrap_or_default(),
             layout: vk::PipelineLayout::null(),
             set_layout: vk::DescriptorSetLayout::null(),
             pool: vk::DescriptorPool::null(),
@@ -145,6 +149,7 @@ impl Layout {
         // SAFETY: the command buffer is recording; set and pipeline share this layout
         unsafe {
             let device = &self.gpu.device;
+            self.gpu.insert_label(cmd, &self.label);
             device.cmd_bind_pipeline(cmd, point, pipeline);
             if self.set != vk::DescriptorSet::null() {
                 device.cmd_bind_descriptor_sets(cmd, point, self.layout, 0, &[self.set], &[]);
@@ -166,6 +171,45 @@ impl Drop for Layout {
             device.destroy_pipeline_layout(self.layout, None);
             device.destroy_descriptor_set_layout(self.set_layout, None);
         }
+    }
+}
+
+/// A set that a host binds in pipelines of its own; the engine makes none with it.
+pub(crate) struct HostSet(Layout);
+
+impl HostSet {
+    pub(crate) fn new(gpu: &Arc<Gpu>, name: &'static str, bindings: &[Binding<'_>]) -> Result<Self, Error> {
+        use vk::ShaderStageFlags as S;
+        Ok(Self(Layout::new(gpu, name, S::VERTEX | S::FRAGMENT | S::COMPUTE, bindings, 0)?))
+    }
+
+    pub(crate) fn handles(&self) -> (vk::DescriptorSetLayout, vk::DescriptorSet) {
+        (self.0.set_layout, self.0.set)
+    }
+}
+
+/// A shader, needed no longer than a pipeline of it is made.
+struct Module<'a> {
+    raw: vk::ShaderModule,
+    gpu: &'a Gpu,
+}
+
+impl<'a> Module<'a> {
+    /// `bytes`: SPIR-V words.
+    fn new(gpu: &'a Gpu, name: &str, bytes: &[u8]) -> Result<Self, Error> {
+        let words = ash::util::read_spv(&mut std::io::Cursor::new(bytes))
+            .map_err(|error| Error::Unsupported { what: format!("shader {name}: {error}") })?;
+        let info = vk::ShaderModuleCreateInfo::default().code(&words);
+        // SAFETY: the words passed spirv-val when they were built
+        let raw = unsafe { gpu.device.create_shader_module(&info, None) }.context("vkCreateShaderModule")?;
+        Ok(Self { raw, gpu })
+    }
+}
+
+impl Drop for Module<'_> {
+    fn drop(&mut self) {
+        // SAFETY: the pipeline is made, or will not be
+        unsafe { self.gpu.device.destroy_shader_module(self.raw, None) };
     }
 }
 
@@ -194,21 +238,17 @@ impl Compute {
         push_size: usize,
     ) -> Result<Self, Error> {
         let layout = Layout::new(gpu, name, vk::ShaderStageFlags::COMPUTE, bindings, push_size as u32)?;
-        let module = shader_module(gpu, name, spirv)?;
+        let module = Module::new(gpu, name, spirv)?;
         let (entries, data) = specialization(constants);
         let constants = vk::SpecializationInfo::default().map_entries(&entries).data(data);
         let stage = vk::PipelineShaderStageCreateInfo::default()
             .stage(vk::ShaderStageFlags::COMPUTE)
-            .module(module)
+            .module(module.raw)
             .name(c"main")
             .specialization_info(&constants);
         let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout.layout)];
-        // SAFETY: module and layout are valid; the module is not needed afterwards
-        let made = unsafe {
-            let made = gpu.device.create_compute_pipelines(vk::PipelineCache::null(), &info, None);
-            gpu.device.destroy_shader_module(module, None);
-            made
-        };
+        // SAFETY: module and layout are valid
+        let made = unsafe { gpu.device.create_compute_pipelines(vk::PipelineCache::null(), &info, None) };
         let pipeline = made.map_err(|(_, result)| result).context("vkCreateComputePipelines")?[0];
         gpu.name(pipeline, name);
         Ok(Self { pipeline, layout })
@@ -297,16 +337,16 @@ impl Graphics {
         let layout = Layout::new(gpu, name, stages, bindings, 0)?;
         let (entries, data) = specialization(shaders.constants);
         let constants = vk::SpecializationInfo::default().map_entries(&entries).data(data);
-        let mut modules = vec![(vk::ShaderStageFlags::VERTEX, shader_module(gpu, name, shaders.vertex)?)];
+        let mut modules = vec![(vk::ShaderStageFlags::VERTEX, Module::new(gpu, name, shaders.vertex)?)];
         if let Some(fragment) = shaders.fragment {
-            modules.push((vk::ShaderStageFlags::FRAGMENT, shader_module(gpu, name, fragment)?));
+            modules.push((vk::ShaderStageFlags::FRAGMENT, Module::new(gpu, name, fragment)?));
         }
         let shader_stages: Vec<_> = modules
             .iter()
-            .map(|&(stage, module)| {
+            .map(|(stage, module)| {
                 vk::PipelineShaderStageCreateInfo::default()
-                    .stage(stage)
-                    .module(module)
+                    .stage(*stage)
+                    .module(module.raw)
                     .name(c"main")
                     .specialization_info(&constants)
             })
@@ -375,14 +415,8 @@ impl Graphics {
             .dynamic_state(&dynamic)
             .layout(layout.layout)
             .push_next(&mut rendering)];
-        // SAFETY: everything referenced lives through the call; the modules are not needed afterwards
-        let made = unsafe {
-            let made = gpu.device.create_graphics_pipelines(vk::PipelineCache::null(), &info, None);
-            for (_, module) in modules {
-                gpu.device.destroy_shader_module(module, None);
-            }
-            made
-        };
+        // SAFETY: everything referenced lives through the call
+        let made = unsafe { gpu.device.create_graphics_pipelines(vk::PipelineCache::null(), &info, None) };
         let pipeline = made.map_err(|(_, result)| result).context("vkCreateGraphicsPipelines")?[0];
         gpu.name(pipeline, name);
         Ok(Self { pipeline, layout })

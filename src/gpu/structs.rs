@@ -125,40 +125,72 @@ pub struct Tracked {
 /// Counters of one frame; they keep counting beyond the capacities.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
-#[allow(missing_docs)]
 pub struct Counters {
+    /// Distinct keys (flags route) or de-duplicated keys (sort route) asked for, by each attempt.
     pub requests: [u32; 4],
+    /// Sort route: distinct keys for each possible coarsening.
     pub unique: [u32; 4],
+    /// Distinct pages asked for.
     pub leaves: u32,
+    /// Their ancestors in the quadtree.
     pub nodes: u32,
+    /// Requests that found no place in the page table.
     pub failed: u32,
+    /// Levels by which all requests were coarsened because the page table was too small; 0 is normal.
     pub shift: u32,
+    /// Least rank that is refined.
     pub threshold: u32,
+    /// Least rank that is refined where that needs drawing.
     pub draw_threshold: u32,
+    /// Where pages of the rank below end that are drawn all the same.
     pub draw_order: u32,
+    /// Layers to draw before the budget of pages.
     pub draws_asked: u32,
+    /// Pages chosen.
     pub pages: u32,
+    /// Chosen pages whose cached layer is still right.
     pub hits: u32,
+    /// Chosen pages whose cached layer was invalidated.
     pub stale: u32,
+    /// Pages that serve.
     pub admitted: u32,
+    /// Cached layers drawn.
     pub drawn: u32,
+    /// Layers with moving casters drawn.
     pub drawn_dynamic: u32,
+    /// Layers put off by the budgets of pages and pairs.
     pub deferred: u32,
+    /// Pages that lost their layer.
     pub evicted: u32,
+    /// Pages whose content became wrong.
     pub invalidated: u32,
+    /// (cluster, page) pairs drawn.
     pub pairs_opaque: u32,
+    /// The same of alpha-tested casters.
     pub pairs_masked: u32,
+    /// Pairs before the budget.
     pub pairs_asked: u32,
+    /// Compacted indices written, or refused for want of room.
     pub indices: u32,
+    /// Triangles drawn into pages.
     pub triangles: u32,
+    /// Of no use outside the sort.
     pub sorted: u32,
+    /// Bounds of cached casters that changed.
     pub changed: u32,
+    /// Instances in the layer of moving casters.
     pub dynamics: u32,
+    /// Runs of clusters to cull, for each of the two layers.
     pub items: [u32; 2],
+    /// Faces of lights with pages, and those with pages to draw.
     pub active_faces: [u32; 2],
+    /// Faces that pixels ask for and that no page serves.
     pub starved: u32,
+    /// Distinct pages asked for, by level, 0 the finest.
     pub requested: [u32; 24],
+    /// Pages that serve, by level.
     pub resident: [u32; 24],
+    /// Pages asked for that a coarser one serves, by level.
     pub refused: [u32; 24],
 }
 
@@ -282,4 +314,35 @@ pub struct Slices {
     pub extremes: [u32; 2],
     pub outside: u32,
     pub splits: [f32; 9],
+}
+
+/// A light that the window shades with; see `glsl/window/palette.glsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct ShadeLight {
+    pub place: [f32; 4],
+    pub direction: [f32; 4],
+    pub cone: [f32; 4],
+}
+
+/// Push constants of `window/shade.comp`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct ShadePush {
+    pub up: [f32; 4],
+    pub count: u32,
+    pub bits: u32,
+    pub show: u32,
+    pub sun_at: f32,
+}
+
+/// Push constants of `window/atlas.comp`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct AtlasPush {
+    pub columns: u32,
+    pub cell: u32,
 }

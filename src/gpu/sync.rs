@@ -18,6 +18,8 @@ pub(crate) enum Access {
     IndirectRead,
     /// Read through a descriptor in a vertex or fragment shader.
     GraphicsRead,
+    /// The same there or in a compute shader: what a host may look up in its own shaders.
+    LookupRead,
     IndexRead,
     DepthAttachment,
     ColorAttachment,
@@ -30,6 +32,12 @@ pub(crate) enum Access {
     HostRead,
     #[cfg_attr(not(feature = "lab"), allow(dead_code))] // the lab uses it
     HostWrite,
+    #[cfg(feature = "window")]
+    /// A swapchain image once its semaphore was waited for in [`ACQUIRED_STAGE`]; what it holds is not needed.
+    Acquired,
+    #[cfg(feature = "window")]
+    /// A swapchain image given to the presentation engine by a semaphore that is signalled after [`ACQUIRED_STAGE`].
+    Presented,
 }
 
 impl Access {
@@ -47,6 +55,10 @@ impl Access {
                 S::VERTEX_SHADER | S::FRAGMENT_SHADER,
                 A::SHADER_STORAGE_READ | A::SHADER_SAMPLED_READ | A::UNIFORM_READ,
             ),
+            Access::LookupRead => {
+                let (graphics, compute) = (Access::GraphicsRead.scope(), Access::ComputeRead.scope());
+                (graphics.0 | compute.0, graphics.1 | compute.1)
+            }
             Access::IndexRead => (S::INDEX_INPUT, A::INDEX_READ),
             Access::DepthAttachment => (
                 S::EARLY_FRAGMENT_TESTS | S::LATE_FRAGMENT_TESTS,
@@ -62,6 +74,8 @@ impl Access {
             Access::StructureRead => (S::COMPUTE_SHADER, A::ACCELERATION_STRUCTURE_READ_KHR),
             Access::HostRead => (S::HOST, A::HOST_READ),
             Access::HostWrite => (S::HOST, A::HOST_WRITE),
+            #[cfg(feature = "window")]
+            Access::Acquired | Access::Presented => (ACQUIRED_STAGE, A::NONE),
         }
     }
 
@@ -73,6 +87,10 @@ impl Access {
             Access::ColorAttachment => L::COLOR_ATTACHMENT_OPTIMAL,
             Access::TransferRead => L::TRANSFER_SRC_OPTIMAL,
             Access::TransferWrite => L::TRANSFER_DST_OPTIMAL,
+            #[cfg(feature = "window")]
+            Access::Acquired => L::UNDEFINED,
+            #[cfg(feature = "window")]
+            Access::Presented => L::PRESENT_SRC_KHR,
             _ => L::SHADER_READ_ONLY_OPTIMAL,
         }
     }
@@ -100,6 +118,35 @@ pub(crate) fn barrier(device: &ash::Device, cmd: vk::CommandBuffer, pairs: &[(Ac
 
 /// Moves a whole image from one access to another, with the layouts these accesses need.
 pub(crate) fn image(device: &ash::Device, cmd: vk::CommandBuffer, image: &Image, before: Access, after: Access) {
+    transition(device, cmd, (image.raw, image.range()), before, after);
+}
+
+#[cfg(feature = "window")]
+/// The same for an image of a swapchain.
+pub(crate) fn swapchain_image(
+    device: &ash::Device,
+    cmd: vk::CommandBuffer,
+    image: vk::Image,
+    before: Access,
+    after: Access,
+) {
+    let range = vk::ImageSubresourceRange {
+        aspect_mask: vk::ImageAspectFlags::COLOR,
+        base_mip_level: 0,
+        level_count: 1,
+        base_array_layer: 0,
+        layer_count: 1,
+    };
+    transition(device, cmd, (image, range), before, after);
+}
+
+fn transition(
+    device: &ash::Device,
+    cmd: vk::CommandBuffer,
+    (image, range): (vk::Image, vk::ImageSubresourceRange),
+    before: Access,
+    after: Access,
+) {
     let ((src_stage, src_access), (dst_stage, dst_access)) = (before.scope(), after.scope());
     let barrier = [vk::ImageMemoryBarrier2::default()
         .src_stage_mask(src_stage)
@@ -110,8 +157,8 @@ pub(crate) fn image(device: &ash::Device, cmd: vk::CommandBuffer, image: &Image,
         .new_layout(after.layout())
         .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
         .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-        .image(image.raw)
-        .subresource_range(image.range())];
+        .image(image)
+        .subresource_range(range)];
     // SAFETY: the command buffer is recording outside of rendering
     unsafe { device.cmd_pipeline_barrier2(cmd, &vk::DependencyInfo::default().image_memory_barriers(&barrier)) };
 }
@@ -177,7 +224,7 @@ const WRITES: A = A::from_raw(
 pub(crate) fn discard(device: &ash::Device, cmd: vk::CommandBuffer, image: &Image, last: Access, next: Access) {
     let ((src_stage, _), (dst_stage, dst_access)) = (last.scope(), next.scope());
     let (_, src_access) = match last {
-        Access::ComputeRead | Access::TransferRead | Access::Nothing => (S::NONE, A::NONE),
+        Access::ComputeRead | Access::LookupRead | Access::TransferRead | Access::Nothing => (S::NONE, A::NONE),
         writer => writer.scope(),
     };
     let barrier = [vk::ImageMemoryBarrier2::default()
@@ -194,6 +241,10 @@ pub(crate) fn discard(device: &ash::Device, cmd: vk::CommandBuffer, image: &Imag
     // SAFETY: the command buffer is recording outside of rendering
     unsafe { device.cmd_pipeline_barrier2(cmd, &vk::DependencyInfo::default().image_memory_barriers(&barrier)) };
 }
+
+#[cfg(feature = "window")]
+/// Where swapchain images are first and last touched.
+pub(crate) const ACQUIRED_STAGE: S = S::ALL_TRANSFER;
 
 /// Where timestamps are taken.
 pub(crate) const TIMESTAMP_STAGE: S = S::BOTTOM_OF_PIPE;

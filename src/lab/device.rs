@@ -4,7 +4,7 @@ use super::{LabError, LabOptions};
 use crate::error::{Context, Error};
 use crate::gpu::{self, Gpu, HostDevice};
 use ash::vk;
-use std::ffi::{CStr, c_void};
+use std::ffi::{CStr, c_char, c_void};
 use std::sync::{Arc, Mutex};
 
 /// A Vulkan device as `umbrage info` lists it.
@@ -31,17 +31,59 @@ pub(crate) struct LabDevice {
     pub(crate) report: DeviceReport,
     pub(crate) handles: HostDevice,
     queue: vk::Queue,
+    #[cfg_attr(not(feature = "window"), allow(dead_code))] // the window has a pool of its own
+    family: u32,
     pool: vk::CommandPool,
     cmd: vk::CommandBuffer,
     fence: vk::Fence,
-    owned: OwnedInstance,
+    owned: Arc<OwnedInstance>,
 }
 
-struct OwnedInstance {
-    _entry: ash::Entry,
-    instance: ash::Instance,
+pub(crate) struct OwnedInstance {
+    #[cfg_attr(not(feature = "window"), allow(dead_code))] // what loads functions must outlive them
+    pub(crate) entry: ash::Entry,
+    pub(crate) instance: ash::Instance,
     messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     messages: Box<Mutex<Vec<String>>>,
+}
+
+/// What a device is presented on, where it is at all.
+#[cfg_attr(not(feature = "window"), allow(dead_code))] // the window makes it
+pub(crate) struct Present<'a> {
+    /// Instance extensions of the window system.
+    pub(crate) extensions: &'a [*const c_char],
+    /// Makes the window's surface.
+    pub(crate) surface: &'a dyn Fn(&ash::Entry, &ash::Instance) -> Result<vk::SurfaceKHR, LabError>,
+}
+
+/// A window's surface; destroyed before the instance.
+#[cfg_attr(not(feature = "window"), allow(dead_code))] // the window makes it
+pub(crate) struct Surface {
+    pub(crate) raw: vk::SurfaceKHR,
+    pub(crate) functions: ash::khr::surface::Instance,
+    _owned: Arc<OwnedInstance>,
+}
+
+impl Surface {
+    #[cfg(feature = "window")]
+    pub(crate) fn new(owned: &Arc<OwnedInstance>, present: &Present<'_>) -> Result<Self, LabError> {
+        let raw = (present.surface)(&owned.entry, &owned.instance)?;
+        let functions = ash::khr::surface::Instance::new(&owned.entry, &owned.instance);
+        Ok(Self { raw, functions, _owned: owned.clone() })
+    }
+
+    /// Whether a queue family can present on it.
+    fn presents(&self, device: vk::PhysicalDevice, family: usize) -> bool {
+        // SAFETY: device and surface belong to the instance; a device of other drivers than the surface's may fail
+        unsafe { self.functions.get_physical_device_surface_support(device, family as u32, self.raw) }.unwrap_or(false)
+    }
+}
+
+impl Drop for Surface {
+    fn drop(&mut self) {
+        // SAFETY: its swapchains are gone
+        unsafe { self.functions.destroy_surface(self.raw, None) };
+    }
 }
 
 impl Drop for OwnedInstance {
@@ -90,7 +132,7 @@ unsafe extern "system" fn on_message(
 }
 
 impl OwnedInstance {
-    fn new(validation: bool) -> Result<Self, LabError> {
+    fn new(validation: bool, present: Option<&Present<'_>>) -> Result<Self, LabError> {
         // SAFETY: loading the system's Vulkan loader
         let entry = unsafe { ash::Entry::load() }.map_err(|error| {
             LabError::Refused(format!(
@@ -108,7 +150,15 @@ impl OwnedInstance {
                 return Err(LabError::Refused(what.into()));
             }
             let app = vk::ApplicationInfo::default().application_name(c"umbrage").api_version(vk::API_VERSION_1_3);
-            let mut names = Vec::new();
+            let mut names = present.map_or_else(Vec::new, |present| present.extensions.to_vec());
+            for name in &names {
+                let name = CStr::from_ptr(*name);
+                if !has(name) {
+                    let what =
+                        format!("the Vulkan loader offers no window surfaces: it lacks {}", name.to_string_lossy());
+                    return Err(LabError::Refused(what));
+                }
+            }
             let debug = validation;
             if debug {
                 names.push(ash::ext::debug_utils::NAME.as_ptr());
@@ -131,10 +181,10 @@ impl OwnedInstance {
                 info = info.push_next(&mut features);
             }
             let instance = entry.create_instance(&info, None).context("vkCreateInstance")?;
-            let mut owned = Self { _entry: entry, instance, messenger: None, messages: Box::default() };
+            let mut owned = Self { entry, instance, messenger: None, messages: Box::default() };
             if debug {
                 use vk::{DebugUtilsMessageSeverityFlagsEXT as S, DebugUtilsMessageTypeFlagsEXT as T};
-                let utils = ash::ext::debug_utils::Instance::new(&owned._entry, &owned.instance);
+                let utils = ash::ext::debug_utils::Instance::new(&owned.entry, &owned.instance);
                 let info = vk::DebugUtilsMessengerCreateInfoEXT::default()
                     .message_severity(S::ERROR | S::WARNING)
                     .message_type(T::VALIDATION | T::PERFORMANCE)
@@ -148,10 +198,24 @@ impl OwnedInstance {
         }
     }
 
+    pub(crate) fn messages(&self) -> Vec<String> {
+        self.messages.lock().map(|m| m.clone()).unwrap_or_default()
+    }
+
     fn reports(&self) -> Result<Vec<(vk::PhysicalDevice, DeviceReport)>, LabError> {
         // SAFETY: the instance is alive
         let devices = unsafe { self.instance.enumerate_physical_devices() }.context("vkEnumeratePhysicalDevices")?;
         Ok(devices.into_iter().enumerate().map(|(index, device)| (device, self.report(index, device))).collect())
+    }
+
+    /// Why a device cannot show pictures on a surface.
+    fn cannot_present(&self, device: vk::PhysicalDevice, surface: Option<&Surface>) -> Option<String> {
+        // SAFETY: the physical device belongs to the instance
+        let extensions = unsafe { self.instance.enumerate_device_extension_properties(device) }.unwrap_or_default();
+        if !extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(ash::khr::swapchain::NAME)) {
+            return Some("extension VK_KHR_swapchain".into());
+        }
+        family(&self.instance, device, surface).is_none().then(|| "a queue that presents on this window".into())
     }
 
     fn report(&self, index: usize, device: vk::PhysicalDevice) -> DeviceReport {
@@ -201,13 +265,45 @@ impl OwnedInstance {
 /// # Errors
 /// [`LabError::Refused`] when there is no Vulkan loader.
 pub fn devices() -> Result<Vec<DeviceReport>, LabError> {
-    Ok(OwnedInstance::new(false)?.reports()?.into_iter().map(|(_, report)| report).collect())
+    Ok(OwnedInstance::new(false, None)?.reports()?.into_iter().map(|(_, report)| report).collect())
 }
 
 /// Opens the device that the options choose, or the best usable one: discrete before integrated before others.
 pub(crate) fn open(options: &LabOptions) -> Result<(Arc<LabDevice>, Arc<Gpu>), LabError> {
-    let owned = OwnedInstance::new(options.validation)?;
-    let reports = owned.reports()?;
+    let owned = OwnedInstance::new(options.validation, None)?;
+    open_on(options, Arc::new(owned), None)
+}
+
+#[cfg(feature = "window")]
+/// The same with a surface that the device can present on.
+pub(crate) fn open_presenting(
+    options: &LabOptions,
+    present: &Present<'_>,
+) -> Result<(Arc<LabDevice>, Arc<Gpu>, Surface), LabError> {
+    let owned = Arc::new(OwnedInstance::new(options.validation, Some(present))?);
+    let surface = Surface::new(&owned, present)?;
+    let (device, gpu) = open_on(options, owned, Some(&surface))?;
+    Ok((device, gpu, surface))
+}
+
+/// The queue family that does everything.
+fn family(instance: &ash::Instance, device: vk::PhysicalDevice, surface: Option<&Surface>) -> Option<usize> {
+    // SAFETY: the physical device belongs to the instance
+    let families = unsafe { instance.get_physical_device_queue_family_properties(device) };
+    let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+    let fits = |f: &vk::QueueFamilyProperties| f.queue_flags.contains(wanted) && f.timestamp_valid_bits > 0;
+    (0..families.len()).find(|&i| fits(&families[i]) && surface.is_none_or(|surface| surface.presents(device, i)))
+}
+
+fn open_on(
+    options: &LabOptions,
+    owned: Arc<OwnedInstance>,
+    surface: Option<&Surface>,
+) -> Result<(Arc<LabDevice>, Arc<Gpu>), LabError> {
+    let mut reports = owned.reports()?;
+    if surface.is_some() {
+        reports.iter_mut().for_each(|(device, report)| report.missing.extend(owned.cannot_present(*device, surface)));
+    }
     let rank = |kind| ["discrete", "integrated", "virtual", "other", "cpu"].iter().position(|k| *k == kind);
     let (physical_device, report) = match options.device {
         Some(index) => reports.get(index).cloned().ok_or_else(|| {
@@ -219,8 +315,9 @@ pub(crate) fn open(options: &LabOptions) -> Result<(Arc<LabDevice>, Arc<Gpu>), L
         None => {
             reports.iter().filter(|(_, r)| r.missing.is_empty()).min_by_key(|(_, r)| rank(r.kind)).cloned().ok_or_else(
                 || {
+                    let place = if surface.is_some() { " with this window" } else { "" };
                     LabError::Refused(format!(
-                        "none of the {} Vulkan devices is usable; `umbrage info` says what each lacks",
+                        "none of the {} Vulkan devices is usable{place}; `umbrage info` says what each lacks",
                         reports.len()
                     ))
                 },
@@ -233,16 +330,15 @@ pub(crate) fn open(options: &LabOptions) -> Result<(Arc<LabDevice>, Arc<Gpu>), L
     let instance = owned.instance.clone();
     // SAFETY: the handles are alive; infos are complete; on failure nothing but the instance is left, which `owned` frees
     let device = unsafe {
-        let families = instance.get_physical_device_queue_family_properties(physical_device);
-        let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
-        let family = families
-            .iter()
-            .position(|f| f.queue_flags.contains(wanted) && f.timestamp_valid_bits > 0)
+        let family = family(&instance, physical_device, surface)
             .ok_or_else(|| Error::Unsupported { what: "no queue offers graphics, compute and timestamps".into() })?
             as u32;
         let mut needs = gpu::requirements(&instance, physical_device);
         let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
-        let mut extensions = Vec::new();
+        let mut extensions: Vec<*const c_char> = Vec::new();
+        if surface.is_some() {
+            extensions.push(ash::khr::swapchain::NAME.as_ptr());
+        }
         let mut info = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_features(&needs.features)
@@ -266,6 +362,7 @@ pub(crate) fn open(options: &LabOptions) -> Result<(Arc<LabDevice>, Arc<Gpu>), L
                 ray_query,
             },
             queue,
+            family,
             pool: vk::CommandPool::null(),
             cmd: vk::CommandBuffer::null(),
             fence: vk::Fence::null(),
@@ -287,8 +384,23 @@ pub(crate) fn open(options: &LabOptions) -> Result<(Arc<LabDevice>, Arc<Gpu>), L
 }
 
 impl LabDevice {
+    #[cfg(feature = "window")]
+    pub(crate) fn queue(&self) -> vk::Queue {
+        self.queue
+    }
+
+    #[cfg(feature = "window")]
+    pub(crate) fn family(&self) -> u32 {
+        self.family
+    }
+
+    #[cfg(feature = "window")]
+    pub(crate) fn instance(&self) -> &Arc<OwnedInstance> {
+        &self.owned
+    }
+
     pub(crate) fn messages(&self) -> Vec<String> {
-        self.owned.messages.lock().map(|m| m.clone()).unwrap_or_default()
+        self.owned.messages()
     }
 
     /// The lab's command buffer, recording. There is one; submissions are waited for.

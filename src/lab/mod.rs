@@ -1,6 +1,6 @@
 //! The bench on which methods are compared: one device, one scene, one view, one depth prepass for all of them.
 
-mod device;
+pub(crate) mod device;
 mod motion;
 mod shapes;
 #[doc(hidden)]
@@ -99,6 +99,10 @@ impl Lab {
             return Err(LabError::Refused("the view has no light; at least one is needed".into()));
         }
         let (device, gpu) = device::open(options)?;
+        Self::on(device, gpu, scene, view)
+    }
+
+    pub(crate) fn on(device: Arc<LabDevice>, gpu: Arc<Gpu>, scene: Scene, view: View) -> Result<Self, LabError> {
         let (mut buffers, storage) = upload::scene(&gpu, &device, &scene)?;
         let shapes = match (&gpu.rays, &storage[..]) {
             (Some(_), [positions, _, indices, ..]) => {

@@ -1,6 +1,8 @@
 //! The lab's scene over time: poses it, uploads what changed, and forgets what was computed from the old state.
 
 use super::{Lab, LabError, View, upload};
+#[cfg(feature = "window")]
+use crate::engine::depth_prepass::DepthPrepass;
 use crate::scene::{Changes, Motion, Scene};
 
 impl Lab {
@@ -64,6 +66,16 @@ impl Lab {
         self.gbuffer.take();
         self.reference.take();
         self.view = View { time_s: self.view.time_s, ..view };
+        Ok(())
+    }
+
+    #[cfg(feature = "window")]
+    /// Gives the images another size. Methods are made for one size: those of the old one are of no use any more.
+    pub(crate) fn resize(&mut self, size: [u32; 2]) -> Result<(), LabError> {
+        self.prepass = DepthPrepass::on(&self.gpu, size, &self.buffers)?;
+        self.gbuffer.take();
+        self.reference.take();
+        self.view.size = size;
         Ok(())
     }
 }

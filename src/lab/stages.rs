@@ -11,7 +11,7 @@ use crate::engine::gradient::Gradient;
 use crate::engine::request::Request;
 use crate::engine::sort::{BLOCK, Sort};
 use crate::engine::view::ViewBuffers;
-use crate::engine::{Engine, LightId};
+use crate::engine::{Engine, FrameId, LightId};
 use crate::gpu::structs::{Counters, Frame, LightRecord, Node, Page, Slot, Tracked, light_kind};
 use crate::gpu::sync::{self, Access, Access::*};
 use crate::gpu::{Binding, Buffer, Compute, Image, ImageSpec, Memory, spirv};
@@ -526,19 +526,36 @@ pub struct ViewsStage {
 impl ViewsStage {
     /// An engine without lights, with views of these sizes.
     pub fn new(lab: &Lab, config: &Config, sizes: &[[u32; 2]]) -> Result<Self> {
-        // what is refused must get that far
-        let prepass = |size: &[u32; 2]| DepthPrepass::on(&lab.gpu, size.map(|side| side.max(1)), &lab.buffers);
-        let prepasses = sizes.iter().map(prepass).collect::<std::result::Result<Vec<_>, _>>()?;
+        let prepasses = Self::prepasses(lab, sizes)?;
         let images: Vec<_> = prepasses.iter().map(|prepass| [prepass.images()]).collect();
-        let seen = images.iter().zip(sizes);
-        let receivers: Vec<_> =
-            seen.map(|(images, &size)| Receivers { size, images, mask: ImageUse::COPIED }).collect();
-        Ok(Self { engine: Engine::on(&lab.gpu, config, &lab.buffers, &receivers)?, prepasses })
+        let engine = Engine::on(&lab.gpu, config, &lab.buffers, &Self::receivers(&images, sizes))?;
+        Ok(Self { engine, prepasses })
     }
 
     /// The engine.
     pub fn engine(&mut self) -> &mut Engine {
         &mut self.engine
+    }
+
+    /// Gives the views other sizes; after an error everything is as it was.
+    pub fn resize(&mut self, lab: &Lab, sizes: &[[u32; 2]]) -> Result<()> {
+        let prepasses = Self::prepasses(lab, sizes)?;
+        let images: Vec<_> = prepasses.iter().map(|prepass| [prepass.images()]).collect();
+        // SAFETY: the lab waits for each submission
+        unsafe { self.engine.resize(&Self::receivers(&images, sizes)) }?;
+        self.prepasses = prepasses;
+        Ok(())
+    }
+
+    fn prepasses(lab: &Lab, sizes: &[[u32; 2]]) -> Result<Vec<DepthPrepass>> {
+        // what is refused must get that far
+        let prepass = |size: &[u32; 2]| Ok(DepthPrepass::on(&lab.gpu, size.map(|side| side.max(1)), &lab.buffers)?);
+        sizes.iter().map(prepass).collect()
+    }
+
+    fn receivers<'a>(images: &'a [[ReceiverImages; 1]], sizes: &[[u32; 2]]) -> Vec<Receivers<'a>> {
+        let view = |(images, &size): (&'a [ReceiverImages; 1], _)| Receivers { size, images, mask: ImageUse::COPIED };
+        images.iter().zip(sizes).map(view).collect()
     }
 
     /// Runs a frame with a camera for each view: the words of each view's mask, and the page table.
@@ -562,6 +579,36 @@ impl ViewsStage {
         };
         Ok((self.engine.views.iter().map(mask).collect::<Result<_>>()?, Table::read(lab, &self.engine.buffers)?))
     }
+}
+
+/// An engine whose view sees the lab's images after `edit`.
+pub fn seeing(lab: &Lab, config: &Config, edit: impl Fn(&mut ReceiverImages)) -> Result<Engine> {
+    let mut images = [lab.prepass.images()];
+    edit(&mut images[0]);
+    let view = Receivers { size: lab.view.size, images: &images, mask: ImageUse::COPIED };
+    Ok(Engine::on(&lab.gpu, config, &lab.buffers, &[view])?)
+}
+
+/// Records frames of all engines, one camera after the other, into one command buffer, and runs it: what each
+/// frame of each engine is known by.
+pub fn in_flight(lab: &Lab, engines: &mut [&mut EngineStage], cameras: &[Camera]) -> Result<Vec<Vec<FrameId>>> {
+    let mut frames = vec![Vec::new(); engines.len()];
+    let mut recorded = Ok(());
+    lab.submit(|cmd| {
+        for camera in cameras {
+            let input = FrameInput::new(camera, lab.view.size, lab.scene.origin);
+            // SAFETY: outside of rendering; the submission is waited for
+            recorded = recorded.clone().and(unsafe { lab.prepass.record(cmd, &input, &lab.draws) });
+            for (stage, frames) in engines.iter_mut().zip(&mut frames) {
+                match stage.engine.record_timed(cmd, &[input], None) {
+                    Ok(frame) => frames.push(frame),
+                    Err(error) => recorded = recorded.clone().and(Err(error)),
+                }
+            }
+        }
+    })?;
+    recorded?;
+    Ok(frames)
 }
 
 /// What the camera of the lab sees: depth and packed normals.

@@ -3,7 +3,7 @@
 
 use super::map::{self, Given, Map, Screen, Shape};
 use super::map_fit::{across, frustum_in_box};
-use super::{FrameTimes, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
+use super::{FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
 use crate::engine::constants::light_axes;
 use crate::gpu::structs::{Fit, Slices};
 use crate::gpu::sync::{self, Access};
@@ -163,6 +163,10 @@ impl Method for Csm {
 
     fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {
         super::of_light(&self.map, INFO.name, light)?.visibility(lab)
+    }
+
+    fn masks(&self) -> Option<Masks<'_>> {
+        Some(map::masks(&self.map))
     }
 
     fn memory(&self) -> Vec<(&'static str, u64)> {

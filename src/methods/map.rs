@@ -2,7 +2,7 @@
 
 use super::map_fit::{ANGLES, least_area};
 use super::map_light::Kind;
-use super::{MethodSpec, Statistics, map_light};
+use super::{Masks, MethodSpec, Statistics, map_light};
 use crate::engine::gradient::{Gradient, Receivers};
 use crate::gpu::structs::{Fit, Frame, MapLight, Slices};
 use crate::gpu::sync::{self, Access};
@@ -317,6 +317,11 @@ pub(super) fn record(
         sync::image(device, cmd, &map.visibility, StorageImage, TransferRead);
     }
     timer.mark(cmd, "lookup");
+}
+
+/// Visibility of the last frame of all lights.
+pub(super) fn masks(maps: &[Map]) -> Masks<'_> {
+    Masks { images: maps.iter().map(|map| &map.visibility).collect(), bits: 32 }
 }
 
 /// Device memory by purpose, in bytes.

@@ -6,12 +6,14 @@ mod map_fit;
 mod map_light;
 mod raytraced;
 mod rmsm;
+mod rmsm_pages;
 mod rmsm_pictures;
 mod spec;
 mod uniform;
 
 pub use spec::MethodSpec;
 
+use crate::gpu::{Buffer, Image};
 use crate::lab::{Lab, LabError};
 use crate::{Cull, Filter, Light};
 
@@ -91,6 +93,28 @@ pub struct DebugPicture {
     pub rgb: Vec<u8>,
 }
 
+/// Where the visibility of a method's last frame lies on the device.
+#[cfg_attr(not(feature = "window"), allow(dead_code))] // the window shows it
+pub struct Masks<'a> {
+    /// Images of a 32-bit word a pixel, in `TRANSFER_SRC_OPTIMAL`; all their layers in order hold the lights.
+    pub(crate) images: Vec<&'a Image>,
+    /// Bits of a light, from the lowest of the first layer; 32: a float.
+    pub(crate) bits: u32,
+}
+
+/// What debug views show of pages; words as in `glsl/shared/page_word.glsl`.
+#[cfg_attr(not(feature = "window"), allow(dead_code))] // the window shows it
+pub struct PageViews<'a> {
+    /// A page word for each pixel.
+    pub(crate) pages: &'a Buffer,
+    /// The state of each layer of the atlas.
+    pub(crate) states: &'a Buffer,
+    /// [`crate::gpu::structs::Slot`] structs.
+    pub(crate) layers: &'a Buffer,
+    /// Readable by compute shaders.
+    pub(crate) atlas: &'a Image,
+}
+
 /// A way to compute visibility for every pixel of a [`Lab`]'s view.
 pub trait Method {
     /// Runs one complete frame, prepass included, and waits for it.
@@ -109,6 +133,29 @@ pub trait Method {
     /// Pictures of the inner state after the last frame; empty for methods without any.
     fn debug_pictures(&mut self, _lab: &Lab) -> Result<Vec<DebugPicture>, LabError> {
         Ok(Vec::new())
+    }
+    /// The last frame's visibility on the device; `None` where it is computed on the CPU.
+    fn masks(&self) -> Option<Masks<'_>> {
+        None
+    }
+    /// Readies [`Method::page_views`] for the last frame; `false` for methods without pages.
+    ///
+    /// # Errors
+    /// [`LabError::Engine`] for everything Vulkan reports.
+    fn update_pages(&mut self, _lab: &Lab) -> Result<bool, LabError> {
+        Ok(false)
+    }
+    /// What [`Method::update_pages`] made last; `None` before the first.
+    fn page_views(&self) -> Option<PageViews<'_>> {
+        None
+    }
+    /// As [`Method::frame`], but with the pages that the last one left, seen by the view's camera: nothing is asked for,
+    /// chosen or drawn. Lights and scene must be those of the last frame. `None` for methods without pages.
+    ///
+    /// # Errors
+    /// As [`Method::frame`]; [`LabError::Engine`] before the first.
+    fn frozen_frame(&mut self, _lab: &Lab) -> Result<Option<FrameTimes>, LabError> {
+        Ok(None)
     }
 }
 

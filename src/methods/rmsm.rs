@@ -1,7 +1,9 @@
 //! The engine itself behind the method trait: resolution-matched shadow maps (Lefohn et al. 2007; book, 4.4.2).
 
+use super::rmsm_pages::RmsmPages;
 use super::{
-    DebugPicture, FrameTimes, LevelStatistics, Method, MethodInfo, MethodSpec, Parameter, Statistics, rmsm_pictures,
+    DebugPicture, FrameTimes, LevelStatistics, Masks, Method, MethodInfo, MethodSpec, PageViews, Parameter, Statistics,
+    rmsm_pictures,
 };
 use crate::engine::constants::ROOT_LEVEL;
 use crate::engine::{Engine, LightId};
@@ -188,6 +190,7 @@ fn is_auto(spec: &MethodSpec, key: &str) -> bool {
 pub(super) struct Rmsm {
     engine: Engine,
     lights: Vec<LightId>,
+    pages: Option<RmsmPages>,
 }
 
 impl Rmsm {
@@ -222,7 +225,7 @@ impl Rmsm {
             .with_receivers(|seen| Engine::on(lab.gpu(), &config, lab.scene_buffers(), &[seen]))
             .map_err(|error| as_typed(error, spec))?;
         let lights = lights.iter().map(|light| engine.add_light(light)).collect::<Result<_, _>>()?;
-        Ok(Self { engine, lights })
+        Ok(Self { engine, lights, pages: None })
     }
 }
 
@@ -339,5 +342,31 @@ impl Method for Rmsm {
 
     fn debug_pictures(&mut self, lab: &Lab) -> Result<Vec<DebugPicture>, LabError> {
         rmsm_pictures::draw(&self.engine, lab)
+    }
+
+    fn masks(&self) -> Option<Masks<'_>> {
+        // lights were added in order to an engine without any, so that light i has slot i
+        Some(Masks { images: vec![&self.engine.views[0].buffers.mask], bits: self.engine.config.mask_bits })
+    }
+
+    fn update_pages(&mut self, lab: &Lab) -> Result<bool, LabError> {
+        let pages = match self.pages.take() {
+            Some(pages) => pages,
+            None => RmsmPages::new(&self.engine, lab)?,
+        };
+        self.pages.insert(pages).update(&self.engine, lab)?;
+        Ok(true)
+    }
+
+    fn page_views(&self) -> Option<PageViews<'_>> {
+        self.pages.as_ref().map(|pages| pages.views(&self.engine))
+    }
+
+    fn frozen_frame(&mut self, lab: &Lab) -> Result<Option<FrameTimes>, LabError> {
+        let input = lab.frame_input();
+        let mut recorded = Ok(());
+        let times = lab.frame(|cmd, timer| recorded = self.engine.record_frozen(cmd, &input, timer))?;
+        recorded?;
+        Ok(Some(times))
     }
 }

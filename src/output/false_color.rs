@@ -2,10 +2,10 @@
 
 use super::{OutputError, Picture};
 
-const NOTHING: [u8; 3] = [20, 20, 22];
+pub(crate) const NOTHING: [u8; 3] = [20, 20, 22];
 
 /// Colours of levels 0, 1, 2, ...; they repeat. Neighbours differ in hue and brightness.
-const LEVELS: [[u8; 3]; 12] = [
+pub(crate) const LEVELS: [[u8; 3]; 12] = [
     [230, 60, 50],
     [245, 140, 40],
     [245, 215, 60],

@@ -1,12 +1,12 @@
 //! A 5x7 pixel font of printable ASCII.
 
-pub(super) const WIDTH: u32 = 5;
-pub(super) const HEIGHT: u32 = 7;
+pub(crate) const WIDTH: u32 = 5;
+pub(crate) const HEIGHT: u32 = 7;
 /// From one character to the next, in font pixels.
-pub(super) const ADVANCE: u32 = WIDTH + 1;
+pub(crate) const ADVANCE: u32 = WIDTH + 1;
 
 /// The rows of a character, top to bottom, the leftmost pixel in bit 4; a box for anything but printable ASCII.
-pub(super) fn glyph(c: char) -> [u8; HEIGHT as usize] {
+pub(crate) fn glyph(c: char) -> [u8; HEIGHT as usize] {
     const BOX: [u8; HEIGHT as usize] = [31, 17, 17, 17, 17, 17, 31];
     (c as usize).checked_sub(FIRST).and_then(|i| GLYPHS.get(i)).copied().unwrap_or(BOX)
 }

@@ -4,13 +4,13 @@
 
 mod atomic;
 mod exr;
-mod false_color;
-mod font;
+pub(crate) mod false_color;
+pub(crate) mod font;
 mod picture;
 #[cfg(feature = "cli")]
 mod plot;
 mod png;
-mod shade;
+pub(crate) mod shade;
 
 pub use atomic::write_file;
 pub use exr::{ExrImage, read_exr, write_exr};

@@ -5,17 +5,17 @@ use crate::truth::{GBuffer, PixelClass, Reference, classify, to_light};
 use crate::{Camera, Light};
 use glam::{DVec3, Vec3};
 
-const SUN: Vec3 = Vec3::new(2.9, 2.65, 2.25);
-const SKY_AMBIENT: Vec3 = Vec3::new(0.42, 0.52, 0.70);
-const GROUND_AMBIENT: Vec3 = Vec3::new(0.22, 0.20, 0.17);
-const SKY_ZENITH: Vec3 = Vec3::new(0.16, 0.33, 0.72);
-const SKY_HORIZON: Vec3 = Vec3::new(0.72, 0.82, 0.95);
-const SKY_GROUND: Vec3 = Vec3::new(0.30, 0.29, 0.28);
+pub(crate) const SUN: Vec3 = Vec3::new(2.9, 2.65, 2.25);
+pub(crate) const SKY_AMBIENT: Vec3 = Vec3::new(0.42, 0.52, 0.70);
+pub(crate) const GROUND_AMBIENT: Vec3 = Vec3::new(0.22, 0.20, 0.17);
+pub(crate) const SKY_ZENITH: Vec3 = Vec3::new(0.16, 0.33, 0.72);
+pub(crate) const SKY_HORIZON: Vec3 = Vec3::new(0.72, 0.82, 0.95);
+pub(crate) const SKY_GROUND: Vec3 = Vec3::new(0.30, 0.29, 0.28);
 
 /// Brightness of the sky of a view without a directional light, against daylight.
-const NIGHT: f32 = 0.12;
+pub(crate) const NIGHT: f32 = 0.12;
 /// Share of its range at which a spot or point light is as bright as the sun, but for the window that ends it.
-const SUN_AT: f64 = 0.25;
+pub(crate) const SUN_AT: f64 = 0.25;
 
 /// The view under a sky and its lights, each dimmed by its visibility: tone-mapped albedo, a sky where there is no surface.
 /// Spot and point lights fade as in glTF's KHR_lights_punctual and have the sun's brightness at a quarter of their range;

@@ -27,6 +27,8 @@ const SKIN_OF_A_ROOM: f64 = 0.75;
 /// Thickness of the skin over half the size of the bounds; of the scenes tried, rooms show 0.88 and more of it, others at
 /// most 0.69.
 const SKIN: f64 = 0.1;
+/// Thickness of a scene that is a sheet, over its diagonal.
+const FLAT: f64 = 1e-3;
 /// Least middle distance of what is seen from inside, over the diagonal: nearer, the camera stands in a thing.
 const LEAST_ROOM: f64 = 0.15;
 /// Halvings that find the first surface on a ray: to 1/65536 of the depth range.
@@ -40,7 +42,7 @@ pub(super) fn view(scene: &Scene, size: [u32; 2]) -> View {
     let judge = Judge { tracer: Tracer::new(scene), scene, aspect };
     let look = |camera: Camera| (judge.seen(&camera), camera);
     let mut looks: Vec<_> = outside(scene, aspect).into_iter().map(look).collect();
-    if looks.iter().all(|(seen, _)| judge.skin(seen) > SKIN_OF_A_ROOM) {
+    if !flat(scene) && looks.iter().all(|(seen, _)| judge.skin(seen) > SKIN_OF_A_ROOM) {
         looks = inside(scene).into_iter().map(look).collect();
     }
     let mut best = (-1.0, camera(DVec3::Z, DVec3::ZERO), -DVec3::Y);
@@ -92,6 +94,11 @@ fn outside(scene: &Scene, aspect: f64) -> Vec<Camera> {
         camera(center + back * distance, center)
     };
     [35.0, -35.0, 145.0, -145.0].map(look).into()
+}
+
+/// Whether there is no inside to look from.
+fn flat(scene: &Scene) -> bool {
+    (scene.bounds_max - scene.bounds_min).min_element() < FLAT * scene.diagonal()
 }
 
 /// Cameras in the middle and near the ends, at a third of the height, looking along the scene.

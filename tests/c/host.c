@@ -108,6 +108,8 @@ static void refused_calls(UmbrageEngine *engine, const UmbrageFrameInput *input,
     UmbrageCounters counters;
     VkImage image;
     VkImageView view;
+    VkDescriptorSetLayout layout = VK_NULL_HANDLE;
+    VkDescriptorSet set = VK_NULL_HANDLE;
     uint64_t frame = 77;
     REFUSED(umbrage_add_light(engine, &light, &none), UMBRAGE_ERROR_LIMIT, "lights is 3");
     REFUSED(umbrage_set_light(engine, 0, &light), UMBRAGE_ERROR_LIMIT, "light id");
@@ -124,8 +126,9 @@ static void refused_calls(UmbrageEngine *engine, const UmbrageFrameInput *input,
     REFUSED(umbrage_counters(engine, 0, &counters, sizeof counters), UMBRAGE_ERROR_LIMIT, "frame is 0");
     REFUSED(umbrage_counters(engine, 1, &counters, sizeof counters), UMBRAGE_ERROR_LIMIT, "frame is 1");
     REFUSED(umbrage_mask(engine, 1, &image, &view), UMBRAGE_ERROR_LIMIT, "view is 1");
+    REFUSED(umbrage_lookup(engine, 1, &layout, &set), UMBRAGE_ERROR_LIMIT, "view is 1");
     REFUSED(umbrage_resize(engine, NULL, 0), UMBRAGE_ERROR_LIMIT, "views is 0");
-    if (none || id || frame != 77) fail("outputs", "changed by calls that were refused");
+    if (none || id || frame != 77 || layout || set) fail("outputs", "changed by calls that were refused");
 }
 
 // Device memory by purpose adds up to something.
@@ -238,6 +241,10 @@ int main(void) {
         CHECK(umbrage_steer(engine, frame, 5.0, 1.0));
     }
     report(engine);
+    VkDescriptorSetLayout layout = VK_NULL_HANDLE;
+    VkDescriptorSet set = VK_NULL_HANDLE;
+    CHECK(umbrage_lookup(engine, 0, &layout, &set));
+    if (!layout || !set) fail("lookup", "no set");
 
     umbrage_engine_destroy(engine);
     umbrage_prepass_destroy(prepass);

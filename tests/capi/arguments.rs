@@ -92,6 +92,7 @@ fn null_is_refused_everywhere() {
             umbrage_counters(null(), 1, null_mut(), 0),
             umbrage_memory(null(), null_mut(), null_mut()),
             umbrage_mask(null(), 0, null_mut(), null_mut()),
+            umbrage_lookup(null(), 0, null_mut(), null_mut()),
             umbrage_meshes_create(null(), 3, null(), 1, null_mut()),
             umbrage_meshes_data(null(), null_mut()),
             umbrage_meshes_caster_count(null(), null(), 1, null_mut()),
@@ -102,7 +103,7 @@ fn null_is_refused_everywhere() {
             umbrage_prepass_record(null(), ash::vk::CommandBuffer::null(), null(), null(), 0),
             umbrage_sample_places(4, null_mut()),
         ];
-        assert_eq!(results, [UMBRAGE_ERROR_ARGUMENT; 23]);
+        assert_eq!(results, [UMBRAGE_ERROR_ARGUMENT; 24]);
         umbrage_engine_destroy(null_mut());
         umbrage_meshes_destroy(null_mut());
         umbrage_prepass_destroy(null_mut());

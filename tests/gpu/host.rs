@@ -9,7 +9,7 @@ use umbrage::scene::builtin;
 use umbrage::truth::compare;
 
 #[path = "../../examples/host.rs"]
-mod example;
+pub mod example;
 
 #[test]
 fn a_renderer_of_its_own_gets_the_same_mask() {
@@ -21,8 +21,15 @@ fn a_renderer_of_its_own_gets_the_same_mask() {
     let (want, vulkan) =
         ((0..3).map(|_| stage.frame(&lab).unwrap().0).last().unwrap(), example::Vulkan::new(true).unwrap());
     for normals in [true, false] {
-        let pixels = example::render(&vulkan, &scene, &(camera, sun.clone()), normals, 3).unwrap();
-        let got: Vec<f32> = pixels.iter().map(|p| (p >> 24) as f32 / 255.0).collect();
+        let pictures = example::render(&vulkan, &scene, &(camera, sun.clone()), normals, 3).unwrap();
+        let visibility = |pixels: &Vec<u32>| pixels.iter().map(|p| (p >> 24) as f32 / 255.0).collect::<Vec<_>>();
+        let [got, looked_up] = [0, 1].map(|i| visibility(&pictures[i]));
+        // pixels without a surface are lit in the mask and not drawn by the lookup; there pages are found by derivatives
+        // of other triangles beside edges
+        let drawn = pictures[1].iter().map(|p| p & 0xff_ffff != 0);
+        let apart = got.iter().zip(&looked_up).zip(drawn).filter(|((a, b), drawn)| *drawn && a != b).count();
+        println!("normals {normals}: {apart} pixels differ where looked up");
+        assert!(apart <= want.len() / 100, "normals {normals}: {apart} looked up otherwise");
         let differ = got.iter().zip(&want).filter(|(a, b)| a != b).count();
         let (host, lab) = (compare(&got, &reference).unwrap(), compare(&want, &reference).unwrap());
         println!("normals {normals}: {differ} pixels differ, off_edge {} and {}", host.off_edge, lab.off_edge);

@@ -1,0 +1,114 @@
+//! What crosses the border between a host and the engine: sizes that change, frames in flight, several engines on a device,
+//! and input that is refused.
+
+use crate::bench::Bench;
+use crate::scenes;
+use ash::vk;
+use umbrage::lab::LabError;
+use umbrage::lab::stages::{EngineStage, ViewsStage, in_flight, seeing};
+use umbrage::{Camera, Config, Error, Light, ReceiverImages};
+
+const SIZE: [u32; 2] = [192, 108];
+
+fn lab() -> (Bench, Light) {
+    let (scene, view) = scenes::street(SIZE);
+    let light = view.lights[0].clone();
+    (Bench::new(scene, view), light)
+}
+
+/// Words of the mask of a first frame.
+fn fresh(lab: &Bench, config: &Config, light: &Light, size: [u32; 2], camera: Camera) -> Vec<u32> {
+    let mut stage = ViewsStage::new(lab, config, &[size]).unwrap();
+    stage.engine().add_light(light).unwrap();
+    stage.frame(lab, &[camera]).unwrap().0.remove(0)
+}
+
+#[test]
+fn a_resized_view_is_a_new_one() {
+    let (lab, light) = lab();
+    let camera = lab.view().camera;
+    for config in [Config::new(SIZE), Config { exact: true, samples: 4, ..Config::new(SIZE) }] {
+        let config = Config { pages_per_frame: 4096, ..config };
+        let mut stage = ViewsStage::new(&lab, &config, &[SIZE]).unwrap();
+        stage.engine().add_light(&light).unwrap();
+        let first = stage.frame(&lab, &[camera]).unwrap().0.remove(0);
+        for size in [[96, 54], [33, 100], SIZE] {
+            stage.resize(&lab, &[size]).unwrap();
+            let mask = stage.frame(&lab, &[camera]).unwrap().0.remove(0);
+            assert_eq!(mask.len(), (size[0] * size[1]) as usize);
+            assert!(mask == fresh(&lab, &config, &light, size, camera), "{size:?}");
+        }
+        for (sizes, field) in [
+            (&[[0, 54]][..], "size of a view"),
+            (&[[96, 0]], "size of a view"),
+            (&[[SIZE[0] + 1, 10]], "size of a view"),
+            (&[SIZE, SIZE], "views"),
+            (&[], "views"),
+        ] {
+            match stage.resize(&lab, sizes) {
+                Err(LabError::Engine(Error::Limit { field: found, .. })) => assert_eq!(found, field, "{sizes:?}"),
+                other => panic!("{sizes:?}: {other:?}"),
+            }
+            assert!(stage.frame(&lab, &[camera]).unwrap().0[0] == first, "after {sizes:?} was refused");
+        }
+    }
+}
+
+#[test]
+fn frames_in_flight_and_engines_beside_each_other() {
+    let (lab, light) = lab();
+    let base = lab.view().camera;
+    let cameras: Vec<Camera> =
+        (0..4).map(|i| Camera { eye: base.eye + glam::DVec3::X * (0.1 * f64::from(i)), ..base }).collect();
+    let config = Config { pages_per_frame: 4096, ..Config::new(SIZE) };
+    let make = |config: &Config| {
+        let mut stage = EngineStage::bare(&lab, config).unwrap();
+        stage.engine().add_light(&light).unwrap();
+        stage
+    };
+    let (mut one, mut other) = (make(&config), make(&Config { exact: true, lights: 3, ..config.clone() }));
+    let frames = in_flight(&lab, &mut [&mut one, &mut other], &cameras).unwrap();
+    let want = fresh(&lab, &config, &light, SIZE, cameras[3]);
+    assert!(one.mask(&lab).unwrap() == want, "the last of four frames at once");
+    let kept = config.frames_in_flight as usize;
+    for (stage, frames) in [(&mut one, &frames[0]), (&mut other, &frames[1])] {
+        let counters: Vec<_> = frames.iter().map(|&frame| stage.engine().counters(frame)).collect();
+        assert_eq!(counters.iter().filter(|c| c.is_some()).count(), kept, "{counters:?}");
+        assert!(counters[0].is_none() && counters.iter().flatten().all(|c| c.leaves > 10), "{counters:?}");
+        let drawn: Vec<u32> = counters.iter().flatten().map(|c| c.drawn).collect();
+        assert!(
+            drawn.iter().all(|&drawn| drawn < counters[3].unwrap().pages / 2),
+            "later frames keep pages: {drawn:?}"
+        );
+    }
+}
+
+#[test]
+fn images_that_the_engine_cannot_read_are_refused() {
+    let (lab, _) = lab();
+    let config = Config::new(SIZE);
+    type Edit = fn(&mut ReceiverImages);
+    let cases: [(&str, Edit, &str, &str); 6] = [
+        ("format", |i| i.depth.format = vk::Format::R8G8B8A8_UNORM, "depth", "D32"),
+        ("samples", |i| i.depth.samples = vk::SampleCountFlags::TYPE_4, "depth", "resolve"),
+        ("layout", |i| i.depth.used.layout = vk::ImageLayout::UNDEFINED, "depth", "layout"),
+        ("normals", |i| i.normal.as_mut().unwrap().format = vk::Format::R8G8B8A8_UNORM, "normal", "R32_UINT"),
+        (
+            "samples of normals",
+            |i| i.normal.as_mut().unwrap().samples = vk::SampleCountFlags::TYPE_2,
+            "normal",
+            "1 sample",
+        ),
+        ("stencil", |i| i.depth.format = vk::Format::S8_UINT, "depth", "D32_S8"),
+    ];
+    for (case, edit, field, word) in cases {
+        match seeing(&lab, &config, edit).map(drop) {
+            Err(LabError::Engine(error @ Error::Limit { .. })) => {
+                let text = error.to_string();
+                assert!(text.starts_with(field) && text.contains(word), "{case}: {text}");
+            }
+            other => panic!("{case}: {other:?}"),
+        }
+    }
+    assert!(seeing(&lab, &config, |i| i.normal = None).is_ok());
+}
