@@ -1,8 +1,8 @@
 /*
  * Umbrage: adaptive shadow maps for Vulkan. The C interface; made from src/capi, see there and README.md.
  *
- * Structs that begin with struct_size may grow at their end: set it to sizeof. Others, and all constants, stay as they are
- * within a major version. Handles and pointers that are invalid but not null are not noticed.
+ * Structs that begin with struct_size may grow at their end: set it to sizeof. Others, and all constants, stay as they
+ * are within a major version. Matrices are rows first. Handles that are invalid but not null are not noticed.
  */
 
 #ifndef UMBRAGE_H
@@ -50,7 +50,7 @@ typedef uint32_t UmbrageRoute;
 typedef uint32_t UmbragePressure;
 
 // What a host chooses about the engine; umbrage_config_default fills it, umbrage_engine_create checks every field.
-typedef struct {
+typedef struct UmbrageConfig {
     // sizeof(UmbrageConfig), as umbrage_config_default sets it.
     size_t struct_size;
     // Width in pixels that no view ever exceeds, 1 to 16384.
@@ -69,8 +69,8 @@ typedef struct {
     uint32_t gutter;
     // Finest level that pixels may ask for, relative to one texel a pixel: -1 is half a pixel. -8 to 8.
     float level_bias;
-    // Texels of the virtual map along a side, as a power of two: 15 to 30. What pixels ask for beyond it is served by the
-    // finest level. Beyond 21, stored depths are coarser than texels.
+    // Texels of the virtual map along a side, as a power of two: 15 to 30. What pixels ask for beyond it is served by
+    // the finest level. Beyond 21, stored depths are coarser than texels.
     uint32_t virtual_bits;
     // Most lights at a time, 1 to 1365.
     uint32_t lights;
@@ -99,12 +99,13 @@ typedef struct {
     UmbragePressure pressure;
     // Share of the atlas, in percent, that a frame leaves to pages of earlier frames; 0 to 50.
     uint32_t spare_percent;
-    // Most layers of the atlas drawn in a frame, 16 to 4096. A page that moving casters touch has two layers. What is put
-    // off is served by coarser pages meanwhile.
+    // Most layers of the atlas drawn in a frame, 16 to 4096. A page that moving casters touch has two layers. What is
+    // put off is served by coarser pages meanwhile.
     uint32_t pages_per_frame;
     // The same for frames in which the light turned, 16 to 4096; the lesser of the two holds.
     uint32_t sun_pages_per_frame;
-    // Most (cluster, page) pairs drawn in a frame, 1024 to 2097152; at least umbrage_least_pairs. 44 bytes a pair, twice.
+    // Most (cluster, page) pairs drawn in a frame, 1024 to 2097152; at least umbrage_least_pairs. 44 bytes a pair,
+    // twice.
     uint32_t pair_capacity;
     // What drawing a page costs beside its pairs, as a number of pairs; 0 to 1024.
     uint32_t page_cost;
@@ -118,7 +119,8 @@ typedef struct {
     VkBool32 cache;
     // GPU time in milliseconds towards which umbrage_steer steers; 0: none.
     float target_ms;
-    // Room for the indices of culled clusters behind the scene's own, 0 to 31457280; beyond it whole clusters are drawn.
+    // Room for the indices of culled clusters behind the scene's own, 0 to 31457280; beyond it whole clusters are
+    // drawn.
     uint32_t index_capacity;
     // Threads that cull the triangles of one (cluster, page) pair: a power of two, 8 to 128. On GPUs 64, on CPUs 16.
     uint32_t cull_group;
@@ -129,7 +131,7 @@ typedef struct {
 } UmbrageConfig;
 
 // Handles that the host made and keeps alive as long as any engine made from them.
-typedef struct {
+typedef struct UmbrageDevice {
     // sizeof(UmbrageDevice).
     size_t struct_size;
     // The loader's vkGetInstanceProcAddr; all other functions are found through it.
@@ -148,7 +150,7 @@ typedef struct {
 
 // What the engine draws: buffers that the host fills, keeps alive, and changes only between frames, ordered before the
 // engine's commands. All need storage usage; positions and attributes also vertex usage, indices also index usage.
-typedef struct {
+typedef struct UmbrageScene {
     // sizeof(UmbrageScene).
     size_t struct_size;
     // Tightly packed positions in mesh space, three floats each.
@@ -169,8 +171,8 @@ typedef struct {
     VkBuffer materials;
     // RGBA8 texels; at least one.
     VkBuffer texels;
-    // For ray queries, else VK_NULL_HANDLE: the device address (64 bits) of a bottom-level acceleration structure for each
-    // mesh, over its triangles in the order of its indices, in one geometry.
+    // For ray queries, else VK_NULL_HANDLE: the device address (64 bits) of a bottom-level acceleration structure for
+    // each mesh, over its triangles in the order of its indices, in one geometry.
     VkBuffer shapes;
     // Number of indices before the room.
     uint32_t index_count;
@@ -180,14 +182,15 @@ typedef struct {
     uint32_t caster_count;
     // Whether any instance is alpha tested.
     VkBool32 alpha_tested;
-    // Lower corner of the casters' bounds at all times, relative to the scene's origin, which lies best in their middle.
+    // Lower corner of the casters' bounds at all times, relative to the scene's origin, which lies best in their
+    // middle.
     double bounds_min[3];
     // Upper corner.
     double bounds_max[3];
 } UmbrageScene;
 
 // How the host uses an image before the engine's commands and after them.
-typedef struct {
+typedef struct UmbrageImageUse {
     // The layout in which the engine finds and leaves the image.
     VkImageLayout layout;
     // Zero.
@@ -199,7 +202,7 @@ typedef struct {
 } UmbrageImageUse;
 
 // An image of the host that the engine samples: 2-D, one sample a texel, usage sampled.
-typedef struct {
+typedef struct UmbrageImage {
     // The image.
     VkImage image;
     // A 2-D view of the layer below, of the depth aspect alone where the format has two.
@@ -212,40 +215,40 @@ typedef struct {
     uint32_t layer;
     // Zero.
     uint32_t reserved;
-    // What used it last before the engine's commands, and what uses it first after them. Layouts other than those in which
-    // shaders sample are left for SHADER_READ_ONLY_OPTIMAL and entered again.
-    UmbrageImageUse used;
+    // What used it last before the engine's commands, and what uses it first after them. Layouts other than those in
+    // which shaders sample are left for SHADER_READ_ONLY_OPTIMAL and entered again.
+    struct UmbrageImageUse used;
 } UmbrageImage;
 
 // What the camera saw.
-typedef struct {
-    // Depth of the nearest surface: D16, X8_D24, D24_S8, D32 or D32_S8, of any perspective projection. Texels of the far
-    // end (0 where nearer is greater, else 1) are no surface.
-    UmbrageImage depth;
-    // R32_UINT: geometric normal towards the eye in world space (umbrage_encode_normal), or an image of VK_NULL_HANDLE:
-    // then normals come from the depths of neighbours.
-    UmbrageImage normal;
+typedef struct UmbrageReceiverImages {
+    // Depth of the nearest surface: D16, X8_D24, D24_S8, D32 or D32_S8, of any perspective projection. Texels of the
+    // far end (0 where nearer is greater, else 1) are no surface.
+    struct UmbrageImage depth;
+    // R32_UINT: geometric normal towards the eye in world space (umbrage_encode_normal), or an image of
+    // VK_NULL_HANDLE: then normals come from the depths of neighbours.
+    struct UmbrageImage normal;
 } UmbrageReceiverImages;
 
 // One view: what its camera saw and how the host uses its mask.
-typedef struct {
+typedef struct UmbrageView {
     // Width of its images in pixels, 1 to the config's.
     uint32_t width;
     // Height of its images in pixels, 1 to the config's.
     uint32_t height;
     // The images that frames may come with: more than one where frames in flight have images of their own.
-    const UmbrageReceiverImages *images;
+    const struct UmbrageReceiverImages *images;
     // Number of these, at least 1.
     size_t image_count;
     // What reads the mask after a frame, and may still read it when the next begins.
-    UmbrageImageUse mask;
+    struct UmbrageImageUse mask;
 } UmbrageView;
 
 // What kind of light: one of UMBRAGE_LIGHT_*.
 typedef uint32_t UmbrageLightKind;
 
 // A light source. Fields that its kind does not have mean nothing.
-typedef struct {
+typedef struct UmbrageLight {
     // What kind of light.
     UmbrageLightKind kind;
     // Zero.
@@ -269,14 +272,14 @@ typedef struct {
 typedef uint64_t UmbrageLightId;
 
 // What changes from frame to frame in a view. All views of a frame have the same origin.
-typedef struct {
+typedef struct UmbrageFrameInput {
     // World position of the eye.
     double eye[3];
     // Rows: right, up and backward (against the view direction), unit vectors in world space at right angles.
     double view_from_world[3][3];
-    // Rows of the matrix to Vulkan clip space (y down) from view space: row i times the view coordinates is clip coordinate
-    // i. Any perspective projection without a shear of depth, whether nearer is less or greater, to infinity or not, off
-    // centre (jitter, stereo) or not.
+    // Rows of the matrix to Vulkan clip space (y down) from view space: row i times the view coordinates is clip
+    // coordinate i. Any perspective projection without a shear of depth, whether nearer is less or greater, to
+    // infinity or not, off centre (jitter, stereo) or not.
     double clip_from_view[4][4];
     // World position of the scene's origin.
     double origin[3];
@@ -287,7 +290,7 @@ typedef struct {
 } UmbrageFrameInput;
 
 // Counters of one frame; they keep counting beyond the capacities.
-typedef struct {
+typedef struct UmbrageCounters {
     // Distinct keys (flags route) or de-duplicated keys (sort route) asked for, by each attempt.
     uint32_t requests[4];
     // Sort route: distinct keys for each possible coarsening.
@@ -357,7 +360,7 @@ typedef struct {
 } UmbrageCounters;
 
 // Device memory for one purpose.
-typedef struct {
+typedef struct UmbrageMemory {
     // What it is for, ends with a zero.
     char purpose[UMBRAGE_PURPOSE_BYTES];
     // How much it is.
@@ -365,7 +368,7 @@ typedef struct {
 } UmbrageMemory;
 
 // The triangles of one mesh.
-typedef struct {
+typedef struct UmbrageTriangles {
     // Into the positions, three a triangle.
     const uint32_t *indices;
     // Number of indices: a multiple of three, not 0.
@@ -373,7 +376,7 @@ typedef struct {
 } UmbrageTriangles;
 
 // At most CLUSTER_TRIANGLES neighbouring triangles of one mesh with their bounds in mesh space.
-typedef struct {
+typedef struct UmbrageCluster {
     // Centre of the axis-aligned bounds, mesh space.
     float center[3];
     // First entry in the indices.
@@ -385,7 +388,7 @@ typedef struct {
 } UmbrageCluster;
 
 // Bounds of a mesh in mesh space and its clusters.
-typedef struct {
+typedef struct UmbrageMeshBounds {
     // Centre of the axis-aligned bounds of all its clusters.
     float center[3];
     // Index of its first cluster.
@@ -397,17 +400,17 @@ typedef struct {
 } UmbrageMeshBounds;
 
 // Contents of the scene's buffers of the same names; owned by the UmbrageMeshes that they come from.
-typedef struct {
+typedef struct UmbrageMeshData {
     // Three a triangle, absolute; the triangles of a mesh lie together, in another order than given.
     const uint32_t *indices;
     // Number of indices.
     size_t index_count;
     // Clusters, mesh by mesh.
-    const UmbrageCluster *clusters;
+    const struct UmbrageCluster *clusters;
     // Number of clusters.
     size_t cluster_count;
     // Bounds and clusters of each mesh.
-    const UmbrageMeshBounds *meshes;
+    const struct UmbrageMeshBounds *meshes;
     // Number of meshes.
     size_t mesh_count;
     // Vertex lists of the clusters.
@@ -417,7 +420,7 @@ typedef struct {
 } UmbrageMeshData;
 
 // One placement of a mesh.
-typedef struct {
+typedef struct UmbrageInstance {
     // Rows of the affine 3x4 matrix from mesh space to world space relative to the scene's origin.
     float rows[3][4];
     // What single precision leaves of the translation, to be added to the rows' last column; w is 0. Zero throughout is
@@ -434,7 +437,7 @@ typedef struct {
 } UmbrageInstance;
 
 // Base colour and alpha of a surface.
-typedef struct {
+typedef struct UmbrageMaterial {
     // Linear RGBA factor.
     float base_color[4];
     // First row of the texture transform: u' = x*u + y*v + z.
@@ -456,7 +459,7 @@ typedef struct {
 } UmbrageMaterial;
 
 // One instanced draw: a mesh with all its instances.
-typedef struct {
+typedef struct UmbrageMeshDraw {
     // Number of indices.
     uint32_t index_count;
     // First index.
@@ -473,7 +476,7 @@ typedef struct {
 typedef uint32_t UmbrageCast;
 
 // Per-vertex data that only alpha tests and shading need; parallel to the positions.
-typedef struct {
+typedef struct UmbrageAttributes {
     // Texture coordinate of the base colour (the set the material names), before the texture transform.
     float uv[2];
     // Vertex colour, linear RGBA, 8 bits each, R in the lowest byte; white where the file has none.
@@ -575,7 +578,7 @@ extern "C" {
 //
 // What the caller sees to:
 // config: room for struct_size bytes.
-UmbrageResult umbrage_config_default(UmbrageConfig *config,
+UmbrageResult umbrage_config_default(struct UmbrageConfig *config,
                                      size_t struct_size,
                                      uint32_t width,
                                      uint32_t height);
@@ -602,97 +605,99 @@ const char *umbrage_version(void);
 //
 // What the caller sees to:
 // device: valid handles; its device may be null.
-UmbrageResult umbrage_check_device(const UmbrageDevice *device);
+UmbrageResult umbrage_check_device(const struct UmbrageDevice *device);
 
-// Switches on what the engine needs in the structs that the host passes to vkCreateDevice (API version 1.3), and what it
-// uses where the device has it. Everything else in them stays as it is, so their sType must be set before.
+// Switches on what the engine needs in the structs that the host passes to vkCreateDevice (API version 1.3), and what
+// it uses where the device has it. Everything else in them stays as it is, so their sType must be set before.
 //
 // What the caller sees to:
 // device: valid handles; its device may be null.
-UmbrageResult umbrage_enable_features(const UmbrageDevice *device,
+UmbrageResult umbrage_enable_features(const struct UmbrageDevice *device,
                                       VkPhysicalDeviceFeatures *features,
                                       VkPhysicalDeviceVulkan12Features *vulkan12,
                                       VkPhysicalDeviceVulkan13Features *vulkan13);
 
-// Switches on what ray queries need, by which exact shadows are faster on devices that trace in hardware, and hands out
-// the names of the device extensions (an array that lives for ever). UMBRAGE_ERROR_UNSUPPORTED where the device has
-// none. The structs go to vkCreateDevice; their sType must be set before.
+// Switches on what ray queries need, by which exact shadows are faster on devices that trace in hardware, and hands
+// out the names of the device extensions (an array that lives for ever). UMBRAGE_ERROR_UNSUPPORTED where the device
+// has none. The structs go to vkCreateDevice; their sType must be set before.
 //
 // What the caller sees to:
 // device: valid handles; its device may be null.
-UmbrageResult umbrage_enable_ray_queries(const UmbrageDevice *device,
+UmbrageResult umbrage_enable_ray_queries(const struct UmbrageDevice *device,
                                          VkPhysicalDeviceVulkan12Features *vulkan12,
                                          VkPhysicalDeviceAccelerationStructureFeaturesKHR *acceleration_structure,
                                          VkPhysicalDeviceRayQueryFeaturesKHR *ray_query,
                                          const char *const **extensions,
                                          uint32_t *extension_count);
 
-// Makes an engine and everything it needs; nothing is allocated on the device afterwards. views: what each view of a frame
-// sees, 1 to 16; they share pages. Structs and arrays are not kept, Vulkan handles are.
+// Makes an engine and everything it needs; nothing is allocated on the device afterwards. views: what each view of a
+// frame sees, 1 to 16; they share pages. Structs and arrays are not kept, Vulkan handles are.
 //
 // What the caller sees to:
 // All handles must be valid, made with what umbrage_enable_features switches on, and outlive the engine.
-UmbrageResult umbrage_engine_create(const UmbrageDevice *device,
-                                    const UmbrageConfig *config,
-                                    const UmbrageScene *scene,
-                                    const UmbrageView *views,
+UmbrageResult umbrage_engine_create(const struct UmbrageDevice *device,
+                                    const struct UmbrageConfig *config,
+                                    const struct UmbrageScene *scene,
+                                    const struct UmbrageView *views,
                                     size_t view_count,
-                                    UmbrageEngine **engine);
+                                    struct UmbrageEngine **engine);
 
 // Destroys an engine; null is allowed.
 //
 // What the caller sees to:
 // engine: made and not destroyed, or null; no recorded frame may still be running or waiting to run.
-void umbrage_engine_destroy(UmbrageEngine *engine);
+void umbrage_engine_destroy(struct UmbrageEngine *engine);
 
 // Adds a light, between frames. UMBRAGE_ERROR_LIMIT for a light out of range, and beyond the config's lights.
 //
 // What the caller sees to:
 // engine: made and not destroyed.
-UmbrageResult umbrage_add_light(UmbrageEngine *engine, const UmbrageLight *light, UmbrageLightId *id);
+UmbrageResult umbrage_add_light(struct UmbrageEngine *engine,
+                                const struct UmbrageLight *light,
+                                UmbrageLightId *id);
 
-// Changes a light, between frames. Pages of a directional light outlive small turns (drift_texels); those of others are
-// drawn anew after any change. UMBRAGE_ERROR_LIMIT also for the id of a light that was removed.
+// Changes a light, between frames. Pages of a directional light outlive small turns (drift_texels); those of others
+// are drawn anew after any change. UMBRAGE_ERROR_LIMIT also for the id of a light that was removed.
 //
 // What the caller sees to:
 // engine: made and not destroyed.
-UmbrageResult umbrage_set_light(UmbrageEngine *engine,
+UmbrageResult umbrage_set_light(struct UmbrageEngine *engine,
                                 UmbrageLightId id,
-                                const UmbrageLight *light);
+                                const struct UmbrageLight *light);
 
 // Removes a light, between frames; its slot may be given to another.
 //
 // What the caller sees to:
 // engine: made and not destroyed.
-UmbrageResult umbrage_remove_light(UmbrageEngine *engine, UmbrageLightId id);
+UmbrageResult umbrage_remove_light(struct UmbrageEngine *engine, UmbrageLightId id);
 
-// Forgets all pages and casters: the next frame is a first one. For hosts that recorded a frame and never submitted it, or
-// changed their buffers without telling.
+// Forgets all pages and casters: the next frame is a first one. For hosts that recorded a frame and never submitted
+// it, or changed their buffers without telling.
 //
 // What the caller sees to:
 // engine: made and not destroyed.
-UmbrageResult umbrage_forget(UmbrageEngine *engine);
+UmbrageResult umbrage_forget(struct UmbrageEngine *engine);
 
-// Records one frame; inputs: one for each view. The commands take the receivers' images from their last use and the masks
-// to theirs. frame: where its number goes, or null. After an error nothing was recorded.
+// Records one frame; inputs: one for each view. The commands take the receivers' images from their last use and the
+// masks to theirs. frame: where its number goes, or null. After an error nothing was recorded.
 //
 // What the caller sees to:
-// commands: recording outside of rendering, on a queue with graphics and compute. Every recorded frame of an engine must
-// run, once, in the order of recording and on one queue (else call umbrage_forget). Any number of frames may be in flight.
-// What the host changes in its buffers is ordered before the commands and after those of the frame before.
-UmbrageResult umbrage_record(UmbrageEngine *engine,
+// commands: recording outside of rendering, on a queue with graphics and compute. Every recorded frame of an engine
+// must run, once, in the order of recording and on one queue (else call umbrage_forget). Any number of frames may be
+// in flight. What the host changes in its buffers is ordered before the commands and after those of the frame before.
+UmbrageResult umbrage_record(struct UmbrageEngine *engine,
                              VkCommandBuffer commands,
-                             const UmbrageFrameInput *inputs,
+                             const struct UmbrageFrameInput *inputs,
                              size_t input_count,
                              uint64_t *frame);
 
-// Makes the views anew, as many as there were, for other sizes or other images; pages and lights stay. After an error the
-// engine is as it was.
+// Makes the views anew, as many as there were, for other sizes or other images; pages and lights stay. After an error
+// the engine is as it was.
 //
 // What the caller sees to:
 // As umbrage_engine_create; no recorded frame may still be running or waiting to run.
-UmbrageResult umbrage_resize(UmbrageEngine *engine,
-                             const UmbrageView *views,
+UmbrageResult umbrage_resize(struct UmbrageEngine *engine,
+                             const struct UmbrageView *views,
                              size_t view_count);
 
 // Tells how long the GPU took for a finished frame, in milliseconds, from which the engine steers its work towards
@@ -701,84 +706,84 @@ UmbrageResult umbrage_resize(UmbrageEngine *engine,
 //
 // What the caller sees to:
 // engine: made and not destroyed.
-UmbrageResult umbrage_steer(UmbrageEngine *engine,
+UmbrageResult umbrage_steer(struct UmbrageEngine *engine,
                             uint64_t frame,
                             double gpu_ms,
                             double tiles_ms);
 
-// Counters of a frame that the caller has waited for. UMBRAGE_ERROR_LIMIT for a frame that was not recorded, or so long ago
-// that frames_in_flight later ones were. struct_size: sizeof(UmbrageCounters).
+// Counters of a frame that the caller has waited for. UMBRAGE_ERROR_LIMIT for a frame that was not recorded, or so
+// long ago that frames_in_flight later ones were. struct_size: sizeof(UmbrageCounters).
 //
 // What the caller sees to:
 // engine: made and not destroyed. counters: room for struct_size bytes.
-UmbrageResult umbrage_counters(const UmbrageEngine *engine,
+UmbrageResult umbrage_counters(const struct UmbrageEngine *engine,
                                uint64_t frame,
-                               UmbrageCounters *counters,
+                               struct UmbrageCounters *counters,
                                size_t struct_size);
 
-// Device memory by purpose. memory: null to ask for the number of purposes, else room for *count of them. *count becomes the
-// number that there are; UMBRAGE_ERROR_LIMIT where there is less room, which then is filled.
+// Device memory by purpose. memory: null to ask for the number of purposes, else room for *count of them. *count
+// becomes the number that there are; UMBRAGE_ERROR_LIMIT where there is less room, which then is filled.
 //
 // What the caller sees to:
 // engine: made and not destroyed.
-UmbrageResult umbrage_memory(const UmbrageEngine *engine,
-                             UmbrageMemory *memory,
+UmbrageResult umbrage_memory(const struct UmbrageEngine *engine,
+                             struct UmbrageMemory *memory,
                              uint32_t *count);
 
-// What shaders of the host bind to look shadows up themselves in a view, after the commands of its frame and before those of
-// the next: glsl/host/umbrage.glsl. layout: for pipeline layouts. set: bound at the number that the shader calls UMBRAGE_SET.
-// They change with umbrage_resize.
+// What shaders of the host bind to look shadows up themselves in a view, after the commands of its frame and before
+// those of the next: glsl/host/umbrage.glsl. layout: for pipeline layouts. set: bound at the number that the shader
+// calls UMBRAGE_SET. They change with umbrage_resize.
 //
 // What the caller sees to:
 // engine: made and not destroyed.
-UmbrageResult umbrage_lookup(const UmbrageEngine *engine,
+UmbrageResult umbrage_lookup(const struct UmbrageEngine *engine,
                              uint32_t view,
                              VkDescriptorSetLayout *layout,
                              VkDescriptorSet *set);
 
-// The mask of a view, of its size: an array of R32_UINT images with mask_bits for each light, in the order of slots from the
-// lowest bits of the first layer. 1 lit, 0 shadowed or not reached by the light, 1 where there is no surface, shares with a
-// filter or several samples a pixel. With 32 bits the words are floats, and layer i is the light of slot i. They change
-// with umbrage_resize.
+// The mask of a view, of its size: an array of R32_UINT images with mask_bits for each light, in the order of slots
+// from the lowest bits of the first layer. 1 lit, 0 shadowed or not reached by the light, 1 where there is no surface,
+// shares with a filter or several samples a pixel. With 32 bits the words are floats, and layer i is the light of slot
+// i. They change with umbrage_resize.
 //
 // What the caller sees to:
 // engine: made and not destroyed.
-UmbrageResult umbrage_mask(const UmbrageEngine *engine,
+UmbrageResult umbrage_mask(const struct UmbrageEngine *engine,
                            uint32_t view,
                            VkImage *image,
                            VkImageView *image_view);
 
-// The message of the last failure on the calling thread: UTF-8, empty before the first one. It stays as it is until another
-// call fails on this thread; calls that succeed do not clear it. Never null.
+// The message of the last failure on the calling thread: UTF-8, empty before the first one. It stays as it is until
+// another call fails on this thread; calls that succeed do not clear it. Never null.
 const char *umbrage_last_error(void);
 
 // Slot of a light: its place in the mask and what the lookup in a shader takes.
 uint32_t umbrage_light_slot(UmbrageLightId light);
 
-// Cuts meshes into clusters. positions: of all vertices, mesh space. UMBRAGE_ERROR_LIMIT for a mesh without triangles, an
-// index beyond the positions and a position that is not finite. The pointers are not kept.
+// Cuts meshes into clusters. positions: of all vertices, mesh space. UMBRAGE_ERROR_LIMIT for a mesh without triangles,
+// an index beyond the positions and a position that is not finite. The pointers are not kept.
 //
 // What the caller sees to:
 // Pointers to as many elements as their counts say.
 UmbrageResult umbrage_meshes_create(const float (*positions)[3],
                                     size_t position_count,
-                                    const UmbrageTriangles *meshes,
+                                    const struct UmbrageTriangles *meshes,
                                     size_t mesh_count,
-                                    UmbrageMeshes **made);
+                                    struct UmbrageMeshes **made);
 
 // Says where the data lie; valid until the meshes are destroyed.
 //
 // What the caller sees to:
 // meshes: made and not destroyed.
-UmbrageResult umbrage_meshes_data(const UmbrageMeshes *meshes, UmbrageMeshData *data);
+UmbrageResult umbrage_meshes_data(const struct UmbrageMeshes *meshes, struct UmbrageMeshData *data);
 
-// Clusters of all these instances together: caster_count of UmbrageScene. UMBRAGE_ERROR_LIMIT for an instance of a mesh that
-// is not there, and for 2^32 clusters and more.
+// Clusters of all these instances together: caster_count of UmbrageScene. UMBRAGE_ERROR_LIMIT for an instance of a
+// mesh that is not there, and for 2^32 clusters and more.
 //
 // What the caller sees to:
 // meshes: made and not destroyed. instances: as many as instance_count says.
-UmbrageResult umbrage_meshes_caster_count(const UmbrageMeshes *meshes,
-                                          const UmbrageInstance *instances,
+UmbrageResult umbrage_meshes_caster_count(const struct UmbrageMeshes *meshes,
+                                          const struct UmbrageInstance *instances,
                                           size_t instance_count,
                                           uint32_t *caster_count);
 
@@ -786,14 +791,14 @@ UmbrageResult umbrage_meshes_caster_count(const UmbrageMeshes *meshes,
 //
 // What the caller sees to:
 // meshes: made and not destroyed, or null.
-void umbrage_meshes_destroy(UmbrageMeshes *meshes);
+void umbrage_meshes_destroy(struct UmbrageMeshes *meshes);
 
 // Makes an instance of policy auto. rows: of the affine matrix from mesh space to world space relative to the scene's
 // origin, double precision, of which the instance keeps about 48 bits of the translation.
 //
 // What the caller sees to:
 // rows: three.
-UmbrageResult umbrage_instance_init(UmbrageInstance *instance,
+UmbrageResult umbrage_instance_init(struct UmbrageInstance *instance,
                                     const double (*rows)[4],
                                     uint32_t mesh,
                                     uint32_t material);
@@ -802,39 +807,40 @@ UmbrageResult umbrage_instance_init(UmbrageInstance *instance,
 //
 // What the caller sees to:
 // material: room for one.
-UmbrageResult umbrage_material_init(UmbrageMaterial *material);
+UmbrageResult umbrage_material_init(struct UmbrageMaterial *material);
 
 // Makes images of width x height pixels, 1 to 16384 each, and the pipelines.
 //
 // What the caller sees to:
 // As umbrage_engine_create.
-UmbrageResult umbrage_prepass_create(const UmbrageDevice *device,
-                                     const UmbrageScene *scene,
+UmbrageResult umbrage_prepass_create(const struct UmbrageDevice *device,
+                                     const struct UmbrageScene *scene,
                                      uint32_t width,
                                      uint32_t height,
-                                     UmbragePrepass **prepass);
+                                     struct UmbragePrepass **prepass);
 
 // Destroys a prepass; null is allowed.
 //
 // What the caller sees to:
 // prepass: made and not destroyed, or null; nothing recorded may still be running or waiting to run.
-void umbrage_prepass_destroy(UmbragePrepass *prepass);
+void umbrage_prepass_destroy(struct UmbragePrepass *prepass);
 
 // Its depth and normals, as views take them.
 //
 // What the caller sees to:
 // prepass: made and not destroyed.
-UmbrageResult umbrage_prepass_images(const UmbragePrepass *prepass, UmbrageReceiverImages *images);
+UmbrageResult umbrage_prepass_images(const struct UmbragePrepass *prepass,
+                                     struct UmbrageReceiverImages *images);
 
 // Draws; leaves the images readable by compute shaders. The projection must have reversed depth.
 //
 // What the caller sees to:
 // prepass: made and not destroyed. commands: recording outside of rendering. Frames must run in the order they were
 // recorded. draws: inside of the scene's indices and instances, as many as draw_count says.
-UmbrageResult umbrage_prepass_record(const UmbragePrepass *prepass,
+UmbrageResult umbrage_prepass_record(const struct UmbragePrepass *prepass,
                                      VkCommandBuffer commands,
-                                     const UmbrageFrameInput *input,
-                                     const UmbrageMeshDraw *draws,
+                                     const struct UmbrageFrameInput *input,
+                                     const struct UmbrageMeshDraw *draws,
                                      size_t draw_count);
 
 // Packs a unit vector as the normal image holds it.

@@ -71,8 +71,8 @@ pub struct UmbrageConfig {
     pub gutter: u32,
     /// Finest level that pixels may ask for, relative to one texel a pixel: -1 is half a pixel. -8 to 8.
     pub level_bias: f32,
-    /// Texels of the virtual map along a side, as a power of two: 15 to 30. What pixels ask for beyond it is served by the
-    /// finest level. Beyond 21, stored depths are coarser than texels.
+    /// Texels of the virtual map along a side, as a power of two: 15 to 30. What pixels ask for beyond it is served by
+    /// the finest level. Beyond 21, stored depths are coarser than texels.
     pub virtual_bits: u32,
     /// Most lights at a time, 1 to 1365.
     pub lights: u32,
@@ -101,12 +101,13 @@ pub struct UmbrageConfig {
     pub pressure: UmbragePressure,
     /// Share of the atlas, in percent, that a frame leaves to pages of earlier frames; 0 to 50.
     pub spare_percent: u32,
-    /// Most layers of the atlas drawn in a frame, 16 to 4096. A page that moving casters touch has two layers. What is put
-    /// off is served by coarser pages meanwhile.
+    /// Most layers of the atlas drawn in a frame, 16 to 4096. A page that moving casters touch has two layers. What is
+    /// put off is served by coarser pages meanwhile.
     pub pages_per_frame: u32,
     /// The same for frames in which the light turned, 16 to 4096; the lesser of the two holds.
     pub sun_pages_per_frame: u32,
-    /// Most (cluster, page) pairs drawn in a frame, 1024 to 2097152; at least umbrage_least_pairs. 44 bytes a pair, twice.
+    /// Most (cluster, page) pairs drawn in a frame, 1024 to 2097152; at least umbrage_least_pairs. 44 bytes a pair,
+    /// twice.
     pub pair_capacity: u32,
     /// What drawing a page costs beside its pairs, as a number of pairs; 0 to 1024.
     pub page_cost: u32,
@@ -120,7 +121,8 @@ pub struct UmbrageConfig {
     pub cache: VkBool32,
     /// GPU time in milliseconds towards which umbrage_steer steers; 0: none.
     pub target_ms: f32,
-    /// Room for the indices of culled clusters behind the scene's own, 0 to 31457280; beyond it whole clusters are drawn.
+    /// Room for the indices of culled clusters behind the scene's own, 0 to 31457280; beyond it whole clusters are
+    /// drawn.
     pub index_capacity: u32,
     /// Threads that cull the triangles of one (cluster, page) pair: a power of two, 8 to 128. On GPUs 64, on CPUs 16.
     pub cull_group: u32,
@@ -131,7 +133,8 @@ pub struct UmbrageConfig {
 }
 
 // What is not a field would be a field of a later version with whatever an older caller left there.
-const _: () = assert!(size_of::<UmbrageConfig>() == size_of::<usize>() + 2 * 4 + 2 * 8 + 30 * 4);
+#[cfg(target_pointer_width = "64")]
+const _: () = assert!(size_of::<UmbrageConfig>() == 8 + 2 * 4 + 2 * 8 + 30 * 4);
 
 /// Bytes that every version of the struct has.
 const LEAST: usize = size_of::<UmbrageConfig>();

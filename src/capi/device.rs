@@ -28,7 +28,8 @@ pub struct UmbrageDevice {
     pub ray_query: VkBool32,
 }
 
-const _: () = assert!(size_of::<UmbrageDevice>() == 5 * size_of::<usize>() + 2 * 4 || size_of::<usize>() != 8);
+#[cfg(target_pointer_width = "64")]
+const _: () = assert!(size_of::<UmbrageDevice>() == 5 * 8 + 2 * 4);
 
 /// An instance and a physical device that are there.
 struct Physical {
@@ -132,8 +133,8 @@ pub unsafe extern "C" fn umbrage_check_device(device: *const UmbrageDevice) -> U
     })
 }
 
-/// Switches on what the engine needs in the structs that the host passes to vkCreateDevice (API version 1.3), and what it
-/// uses where the device has it. Everything else in them stays as it is, so their sType must be set before.
+/// Switches on what the engine needs in the structs that the host passes to vkCreateDevice (API version 1.3), and what
+/// it uses where the device has it. Everything else in them stays as it is, so their sType must be set before.
 ///
 /// # Safety
 /// device: valid handles; its device may be null.
@@ -174,9 +175,9 @@ pub unsafe extern "C" fn umbrage_enable_features(
     })
 }
 
-/// Switches on what ray queries need, by which exact shadows are faster on devices that trace in hardware, and hands out
-/// the names of the device extensions (an array that lives for ever). UMBRAGE_ERROR_UNSUPPORTED where the device has
-/// none. The structs go to vkCreateDevice; their sType must be set before.
+/// Switches on what ray queries need, by which exact shadows are faster on devices that trace in hardware, and hands
+/// out the names of the device extensions (an array that lives for ever). UMBRAGE_ERROR_UNSUPPORTED where the device
+/// has none. The structs go to vkCreateDevice; their sType must be set before.
 ///
 /// # Safety
 /// device: valid handles; its device may be null.

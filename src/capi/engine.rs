@@ -57,8 +57,8 @@ fn known_view(engine: &Engine, view: u32) -> Result<usize, Failure> {
     Err(Failure::limit("view", view, format!("0 to {}", views - 1)))
 }
 
-/// Makes an engine and everything it needs; nothing is allocated on the device afterwards. views: what each view of a frame
-/// sees, 1 to 16; they share pages. Structs and arrays are not kept, Vulkan handles are.
+/// Makes an engine and everything it needs; nothing is allocated on the device afterwards. views: what each view of a
+/// frame sees, 1 to 16; they share pages. Structs and arrays are not kept, Vulkan handles are.
 ///
 /// # Safety
 /// All handles must be valid, made with what umbrage_enable_features switches on, and outlive the engine.
@@ -123,8 +123,8 @@ pub unsafe extern "C" fn umbrage_add_light(
     })
 }
 
-/// Changes a light, between frames. Pages of a directional light outlive small turns (drift_texels); those of others are
-/// drawn anew after any change. UMBRAGE_ERROR_LIMIT also for the id of a light that was removed.
+/// Changes a light, between frames. Pages of a directional light outlive small turns (drift_texels); those of others
+/// are drawn anew after any change. UMBRAGE_ERROR_LIMIT also for the id of a light that was removed.
 ///
 /// # Safety
 /// engine: made and not destroyed.
@@ -153,8 +153,8 @@ pub unsafe extern "C" fn umbrage_remove_light(engine: *mut UmbrageEngine, id: Um
     guard(|| unsafe { change(engine, |engine| Ok(engine.remove_light(LightId::from_bits(id))?)) })
 }
 
-/// Forgets all pages and casters: the next frame is a first one. For hosts that recorded a frame and never submitted it, or
-/// changed their buffers without telling.
+/// Forgets all pages and casters: the next frame is a first one. For hosts that recorded a frame and never submitted
+/// it, or changed their buffers without telling.
 ///
 /// # Safety
 /// engine: made and not destroyed.
@@ -169,13 +169,13 @@ pub unsafe extern "C" fn umbrage_forget(engine: *mut UmbrageEngine) -> UmbrageRe
     })
 }
 
-/// Records one frame; inputs: one for each view. The commands take the receivers' images from their last use and the masks
-/// to theirs. frame: where its number goes, or null. After an error nothing was recorded.
+/// Records one frame; inputs: one for each view. The commands take the receivers' images from their last use and the
+/// masks to theirs. frame: where its number goes, or null. After an error nothing was recorded.
 ///
 /// # Safety
-/// commands: recording outside of rendering, on a queue with graphics and compute. Every recorded frame of an engine must
-/// run, once, in the order of recording and on one queue (else call umbrage_forget). Any number of frames may be in flight.
-/// What the host changes in its buffers is ordered before the commands and after those of the frame before.
+/// commands: recording outside of rendering, on a queue with graphics and compute. Every recorded frame of an engine
+/// must run, once, in the order of recording and on one queue (else call umbrage_forget). Any number of frames may be
+/// in flight. What the host changes in its buffers is ordered before the commands and after those of the frame before.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn umbrage_record(
     engine: *mut UmbrageEngine,
@@ -203,8 +203,8 @@ pub unsafe extern "C" fn umbrage_record(
     })
 }
 
-/// Makes the views anew, as many as there were, for other sizes or other images; pages and lights stay. After an error the
-/// engine is as it was.
+/// Makes the views anew, as many as there were, for other sizes or other images; pages and lights stay. After an error
+/// the engine is as it was.
 ///
 /// # Safety
 /// As umbrage_engine_create; no recorded frame may still be running or waiting to run.
@@ -245,8 +245,8 @@ pub unsafe extern "C" fn umbrage_steer(
     })
 }
 
-/// Counters of a frame that the caller has waited for. UMBRAGE_ERROR_LIMIT for a frame that was not recorded, or so long ago
-/// that frames_in_flight later ones were. struct_size: sizeof(UmbrageCounters).
+/// Counters of a frame that the caller has waited for. UMBRAGE_ERROR_LIMIT for a frame that was not recorded, or so
+/// long ago that frames_in_flight later ones were. struct_size: sizeof(UmbrageCounters).
 ///
 /// # Safety
 /// engine: made and not destroyed. counters: room for struct_size bytes.
@@ -267,8 +267,8 @@ pub unsafe extern "C" fn umbrage_counters(
     })
 }
 
-/// Device memory by purpose. memory: null to ask for the number of purposes, else room for *count of them. *count becomes the
-/// number that there are; UMBRAGE_ERROR_LIMIT where there is less room, which then is filled.
+/// Device memory by purpose. memory: null to ask for the number of purposes, else room for *count of them. *count
+/// becomes the number that there are; UMBRAGE_ERROR_LIMIT where there is less room, which then is filled.
 ///
 /// # Safety
 /// engine: made and not destroyed.
@@ -301,9 +301,9 @@ pub unsafe extern "C" fn umbrage_memory(
     })
 }
 
-/// What shaders of the host bind to look shadows up themselves in a view, after the commands of its frame and before those of
-/// the next: glsl/host/umbrage.glsl. layout: for pipeline layouts. set: bound at the number that the shader calls UMBRAGE_SET.
-/// They change with umbrage_resize.
+/// What shaders of the host bind to look shadows up themselves in a view, after the commands of its frame and before
+/// those of the next: glsl/host/umbrage.glsl. layout: for pipeline layouts. set: bound at the number that the shader
+/// calls UMBRAGE_SET. They change with umbrage_resize.
 ///
 /// # Safety
 /// engine: made and not destroyed.
@@ -324,10 +324,10 @@ pub unsafe extern "C" fn umbrage_lookup(
     })
 }
 
-/// The mask of a view, of its size: an array of R32_UINT images with mask_bits for each light, in the order of slots from the
-/// lowest bits of the first layer. 1 lit, 0 shadowed or not reached by the light, 1 where there is no surface, shares with a
-/// filter or several samples a pixel. With 32 bits the words are floats, and layer i is the light of slot i. They change
-/// with umbrage_resize.
+/// The mask of a view, of its size: an array of R32_UINT images with mask_bits for each light, in the order of slots
+/// from the lowest bits of the first layer. 1 lit, 0 shadowed or not reached by the light, 1 where there is no surface,
+/// shares with a filter or several samples a pixel. With 32 bits the words are floats, and layer i is the light of slot
+/// i. They change with umbrage_resize.
 ///
 /// # Safety
 /// engine: made and not destroyed.

@@ -28,8 +28,8 @@ thread_local! {
     static MESSAGE: RefCell<Option<CString>> = const { RefCell::new(None) };
 }
 
-/// The message of the last failure on the calling thread: UTF-8, empty before the first one. It stays as it is until another
-/// call fails on this thread; calls that succeed do not clear it. Never null.
+/// The message of the last failure on the calling thread: UTF-8, empty before the first one. It stays as it is until
+/// another call fails on this thread; calls that succeed do not clear it. Never null.
 #[unsafe(no_mangle)]
 pub extern "C" fn umbrage_last_error() -> *const c_char {
     let last = MESSAGE.try_with(|message| message.borrow().as_ref().map_or(c"".as_ptr(), |text| text.as_ptr()));

@@ -74,8 +74,8 @@ fn check_size<T>(size: usize, least: usize, what: &str) -> Result<(), Failure> {
     Err(Failure::argument(text))
 }
 
-/// A struct that begins with its size: an older caller's is shorter, the rest is as in `full`. `least`: the size that it
-/// had at first.
+/// A struct that begins with its size: an older caller's is shorter, the rest is as in `full`. `least`: the size that
+/// it had at first.
 ///
 /// # Safety
 /// Null, or a struct as long as it says of itself. `T` is plain data whose first field is that size.

@@ -53,8 +53,8 @@ pub struct UmbrageMeshData {
     pub meshlet_word_count: usize,
 }
 
-/// Cuts meshes into clusters. positions: of all vertices, mesh space. UMBRAGE_ERROR_LIMIT for a mesh without triangles, an
-/// index beyond the positions and a position that is not finite. The pointers are not kept.
+/// Cuts meshes into clusters. positions: of all vertices, mesh space. UMBRAGE_ERROR_LIMIT for a mesh without triangles,
+/// an index beyond the positions and a position that is not finite. The pointers are not kept.
 ///
 /// # Safety
 /// Pointers to as many elements as their counts say.
@@ -110,8 +110,8 @@ pub unsafe extern "C" fn umbrage_meshes_data(
     })
 }
 
-/// Clusters of all these instances together: caster_count of UmbrageScene. UMBRAGE_ERROR_LIMIT for an instance of a mesh that
-/// is not there, and for 2^32 clusters and more.
+/// Clusters of all these instances together: caster_count of UmbrageScene. UMBRAGE_ERROR_LIMIT for an instance of a
+/// mesh that is not there, and for 2^32 clusters and more.
 ///
 /// # Safety
 /// meshes: made and not destroyed. instances: as many as instance_count says.

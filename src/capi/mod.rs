@@ -1,7 +1,7 @@
 //! The C interface, `include/umbrage.h`: the Rust API with Vulkan's own C types and plain structs.
 //!
-//! Every function returns a result code, or hands out nothing that could fail. Panics do not cross the border. The header
-//! is made from the files of this folder; `tests/capi.rs` compares.
+//! Every function returns a result code, or hands out nothing that could fail. Panics do not cross the border. The
+//! header is made from the files of this folder; `tests/capi.rs` compares.
 
 mod config;
 mod device;

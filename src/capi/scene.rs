@@ -32,8 +32,8 @@ pub struct UmbrageScene {
     pub materials: VkBuffer,
     /// RGBA8 texels; at least one.
     pub texels: VkBuffer,
-    /// For ray queries, else VK_NULL_HANDLE: the device address (64 bits) of a bottom-level acceleration structure for each
-    /// mesh, over its triangles in the order of its indices, in one geometry.
+    /// For ray queries, else VK_NULL_HANDLE: the device address (64 bits) of a bottom-level acceleration structure for
+    /// each mesh, over its triangles in the order of its indices, in one geometry.
     pub shapes: VkBuffer,
     /// Number of indices before the room.
     pub index_count: u32,
@@ -43,13 +43,15 @@ pub struct UmbrageScene {
     pub caster_count: u32,
     /// Whether any instance is alpha tested.
     pub alpha_tested: VkBool32,
-    /// Lower corner of the casters' bounds at all times, relative to the scene's origin, which lies best in their middle.
+    /// Lower corner of the casters' bounds at all times, relative to the scene's origin, which lies best in their
+    /// middle.
     pub bounds_min: [f64; 3],
     /// Upper corner.
     pub bounds_max: [f64; 3],
 }
 
-const _: () = assert!(size_of::<UmbrageScene>() == size_of::<usize>() + 10 * 8 + 4 * 4 + 6 * 8);
+#[cfg(target_pointer_width = "64")]
+const _: () = assert!(size_of::<UmbrageScene>() == 8 + 10 * 8 + 4 * 4 + 6 * 8);
 
 impl UmbrageScene {
     /// # Safety
@@ -135,8 +137,8 @@ pub struct UmbrageImage {
     pub layer: u32,
     /// Zero.
     pub reserved: u32,
-    /// What used it last before the engine's commands, and what uses it first after them. Layouts other than those in which
-    /// shaders sample are left for SHADER_READ_ONLY_OPTIMAL and entered again.
+    /// What used it last before the engine's commands, and what uses it first after them. Layouts other than those in
+    /// which shaders sample are left for SHADER_READ_ONLY_OPTIMAL and entered again.
     pub used: UmbrageImageUse,
 }
 
@@ -173,11 +175,11 @@ impl From<HostImage> for UmbrageImage {
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct UmbrageReceiverImages {
-    /// Depth of the nearest surface: D16, X8_D24, D24_S8, D32 or D32_S8, of any perspective projection. Texels of the far
-    /// end (0 where nearer is greater, else 1) are no surface.
+    /// Depth of the nearest surface: D16, X8_D24, D24_S8, D32 or D32_S8, of any perspective projection. Texels of the
+    /// far end (0 where nearer is greater, else 1) are no surface.
     pub depth: UmbrageImage,
-    /// R32_UINT: geometric normal towards the eye in world space (umbrage_encode_normal), or an image of VK_NULL_HANDLE:
-    /// then normals come from the depths of neighbours.
+    /// R32_UINT: geometric normal towards the eye in world space (umbrage_encode_normal), or an image of
+    /// VK_NULL_HANDLE: then normals come from the depths of neighbours.
     pub normal: UmbrageImage,
 }
 
@@ -242,9 +244,9 @@ pub struct UmbrageFrameInput {
     pub eye: [f64; 3],
     /// Rows: right, up and backward (against the view direction), unit vectors in world space at right angles.
     pub view_from_world: [[f64; 3]; 3],
-    /// Rows of the matrix to Vulkan clip space (y down) from view space: row i times the view coordinates is clip coordinate
-    /// i. Any perspective projection without a shear of depth, whether nearer is less or greater, to infinity or not, off
-    /// centre (jitter, stereo) or not.
+    /// Rows of the matrix to Vulkan clip space (y down) from view space: row i times the view coordinates is clip
+    /// coordinate i. Any perspective projection without a shear of depth, whether nearer is less or greater, to
+    /// infinity or not, off centre (jitter, stereo) or not.
     pub clip_from_view: [[f64; 4]; 4],
     /// World position of the scene's origin.
     pub origin: [f64; 3],

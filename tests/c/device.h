@@ -4,8 +4,8 @@
 #include "check.h"
 #include "umbrage.h"
 
-static VkBool32 VKAPI_PTR on_message(VkDebugUtilsMessageSeverityFlagBitsEXT severity, VkDebugUtilsMessageTypeFlagsEXT type,
-                                     const VkDebugUtilsMessengerCallbackDataEXT *data, void *user) {
+static VkBool32 VKAPI_PTR on_message(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
+                                     VkDebugUtilsMessageTypeFlagsEXT type, const VkDebugUtilsMessengerCallbackDataEXT *data, void *user) {
     (void)severity, (void)type, (void)user;
     fail("validation", data->pMessage);
     return VK_FALSE;
@@ -26,7 +26,8 @@ static VkDebugUtilsMessengerEXT bring_up_instance(void) {
     const VkValidationFeatureEnableEXT enable = VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT;
     const VkDebugUtilsMessengerCreateInfoEXT messages = {
         .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
-        .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT,
+        .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT |
+                           VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT,
         .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT,
         .pfnUserCallback = on_message,
     };
@@ -95,7 +96,8 @@ static UmbrageDevice bring_up_device(void) {
     uint32_t name_count = 0;
     UmbrageResult rays = umbrage_enable_ray_queries(&host, &copy, &structure, &query, &names, &name_count);
     int all = name_count == 3 && strcmp(names[1], VK_KHR_RAY_QUERY_EXTENSION_NAME) == 0 && query.rayQuery;
-    if (rays == UMBRAGE_OK ? !all : rays != UMBRAGE_ERROR_UNSUPPORTED || name_count) fail("ray queries", umbrage_last_error());
+    if (rays == UMBRAGE_OK ? !all : rays != UMBRAGE_ERROR_UNSUPPORTED || name_count)
+        fail("ray queries", umbrage_last_error());
 
     VkQueueFamilyProperties families[16];
     count = 16;
@@ -135,7 +137,8 @@ static VkDeviceMemory allocate(VkMemoryRequirements needs, VkMemoryPropertyFlags
     VkPhysicalDeviceMemoryProperties properties;
     vkGetPhysicalDeviceMemoryProperties(physical_device, &properties);
     uint32_t type = 0;
-    while (!(needs.memoryTypeBits >> type & 1) || (properties.memoryTypes[type].propertyFlags & wanted) != wanted) type++;
+    while (!(needs.memoryTypeBits >> type & 1) || (properties.memoryTypes[type].propertyFlags & wanted) != wanted)
+        type++;
     const VkMemoryAllocateInfo info = {
         .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, .allocationSize = needs.size, .memoryTypeIndex = type};
     CHECK(vkAllocateMemory(device, &info, NULL, &memories[memory_count]));
@@ -144,7 +147,8 @@ static VkDeviceMemory allocate(VkMemoryRequirements needs, VkMemoryPropertyFlags
 
 // A buffer that the CPU sees; `mapped` may be null.
 static VkBuffer buffer(const void *bytes, size_t size, size_t room, VkBufferUsageFlags usage, void **mapped) {
-    const VkBufferCreateInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = size + room, .usage = usage};
+    const VkBufferCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = size + room, .usage = usage};
     VkBuffer made;
     VkMemoryRequirements needs;
     void *to;
@@ -216,8 +220,8 @@ static void upload(VkBuffer from, VkImage to) {
         .subresourceRange = {VK_IMAGE_ASPECT_DEPTH_BIT, 0, 1, 0, 1},
     };
     const VkBufferImageCopy copy = whole(VK_IMAGE_ASPECT_DEPTH_BIT);
-    vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, VK_PIPELINE_STAGE_TRANSFER_BIT, 0, 0, NULL, 0, NULL,
-                         1, &barrier);
+    vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, VK_PIPELINE_STAGE_TRANSFER_BIT, 0, 0, NULL, 0,
+                         NULL, 1, &barrier);
     vkCmdCopyBufferToImage(commands, from, to, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &copy);
 }
 
@@ -229,8 +233,8 @@ static void read_back(VkImage from, VkBuffer to) {
     };
     const VkBufferImageCopy copy = whole(VK_IMAGE_ASPECT_COLOR_BIT);
     vkCmdCopyImageToBuffer(commands, from, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, to, 1, &copy);
-    vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &barrier, 0, NULL, 0,
-                         NULL);
+    vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &barrier, 0, NULL,
+                         0, NULL);
 }
 
 static void take_down(VkDebugUtilsMessengerEXT messenger) {

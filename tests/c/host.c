@@ -1,5 +1,5 @@
-// A host in C: brings up Vulkan by itself, makes depth of a plane and a box on the CPU, has Umbrage record into its command
-// buffer and compares the mask with the analytic shadow. Under validation; exit code 1 for any difference or message.
+// A host in C: brings up Vulkan by itself, makes depth of a plane and a box on the CPU, has Umbrage record into its
+// command buffer and compares the mask with the analytic shadow. Under validation; exit code 1 for any difference or message.
 #include "analytic.h"
 #include "check.h"
 #include "device.h"
@@ -43,11 +43,12 @@ static UmbrageScene make_scene(void) {
     const uint32_t texel = 0xffffffff;
 
     const VkBufferUsageFlags storage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, vertex = VK_BUFFER_USAGE_VERTEX_BUFFER_BIT;
+    const VkBufferUsageFlags index = VK_BUFFER_USAGE_INDEX_BUFFER_BIT;
     UmbrageScene scene = {
         .struct_size = sizeof scene,
         .positions = buffer(positions, sizeof positions, 0, storage | vertex, NULL),
         .attributes = buffer(attributes, sizeof attributes, 0, storage | vertex, NULL),
-        .indices = buffer(data.indices, data.index_count * 4, INDEX_ROOM * 4, storage | VK_BUFFER_USAGE_INDEX_BUFFER_BIT, NULL),
+        .indices = buffer(data.indices, data.index_count * 4, INDEX_ROOM * 4, storage | index, NULL),
         .clusters = buffer(data.clusters, data.cluster_count * sizeof *data.clusters, 0, storage, NULL),
         .meshlets = buffer(data.meshlets, data.meshlet_word_count * 4, 0, storage, NULL),
         .instances = buffer(instances, sizeof instances, 0, storage, NULL),
@@ -85,13 +86,13 @@ static void refused_engines(const UmbrageDevice *host, const UmbrageConfig *conf
     REFUSED(umbrage_engine_create(host, &other, scene, view, 1, &engine), UMBRAGE_ERROR_ARGUMENT, "size of the config");
     UmbrageScene empty = *scene;
     empty.positions = VK_NULL_HANDLE;
-    REFUSED(umbrage_engine_create(host, config, &empty, view, 1, &engine), UMBRAGE_ERROR_ARGUMENT, "positions is a null");
+    REFUSED(umbrage_engine_create(host, config, &empty, view, 1, &engine), UMBRAGE_ERROR_ARGUMENT, "positions is");
     UmbrageView blind = *view;
     blind.image_count = 0;
     REFUSED(umbrage_engine_create(host, config, scene, &blind, 1, &engine), UMBRAGE_ERROR_LIMIT, "images of a view");
     UmbrageDevice nothing = *host;
     nothing.device = VK_NULL_HANDLE;
-    REFUSED(umbrage_engine_create(&nothing, config, scene, view, 1, &engine), UMBRAGE_ERROR_ARGUMENT, "device's handle");
+    REFUSED(umbrage_engine_create(&nothing, config, scene, view, 1, &engine), UMBRAGE_ERROR_ARGUMENT, "device's");
     nothing = *host;
     nothing.get_instance_proc_addr = NULL;
     REFUSED(umbrage_engine_create(&nothing, config, scene, view, 1, &engine), UMBRAGE_ERROR_ARGUMENT, "proc_addr");
@@ -163,7 +164,8 @@ int main(void) {
         .depth = {
             .format = VK_FORMAT_D32_SFLOAT,
             .samples = VK_SAMPLE_COUNT_1_BIT,
-            .used = {VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 0, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT},
+            .used = {VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 0, VK_PIPELINE_STAGE_2_COPY_BIT,
+                     VK_ACCESS_2_TRANSFER_WRITE_BIT},
         },
     };
     images.depth.image = depth_image(&images.depth.view);

@@ -1,5 +1,5 @@
-//! `include/umbrage.h` is what cbindgen makes of the sources. `UMBRAGE_HEADER=write cargo test --features capi --test capi header`
-//! writes it.
+//! `include/umbrage.h` is what cbindgen makes of the sources.
+//! `UMBRAGE_HEADER=write cargo test --features capi --test capi header` writes it.
 
 use std::path::{Path, PathBuf};
 
