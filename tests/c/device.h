@@ -5,7 +5,8 @@
 #include "umbrage.h"
 
 static VkBool32 VKAPI_PTR on_message(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
-                                     VkDebugUtilsMessageTypeFlagsEXT type, const VkDebugUtilsMessengerCallbackDataEXT *data, void *user) {
+                                     VkDebugUtilsMessageTypeFlagsEXT type,
+                                     const VkDebugUtilsMessengerCallbackDataEXT *data, void *user) {
     (void)severity, (void)type, (void)user;
     fail("validation", data->pMessage);
     return VK_FALSE;

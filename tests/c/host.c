@@ -1,5 +1,6 @@
 // A host in C: brings up Vulkan by itself, makes depth of a plane and a box on the CPU, has Umbrage record into its
-// command buffer and compares the mask with the analytic shadow. Under validation; exit code 1 for any difference or message.
+// command buffer and compares the mask with the analytic shadow. Under validation; exit code 1 for any difference or
+// message.
 #include "analytic.h"
 #include "check.h"
 #include "device.h"
