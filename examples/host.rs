@@ -10,13 +10,15 @@ use ash::vk;
 use std::error::Error;
 use std::sync::atomic::Ordering;
 use umbrage::scene::Scene;
-use umbrage::{Attributes, Camera, Config, Engine, FrameInput, HostImage, ImageUse, Light, Meshes};
-use umbrage::{ReceiverImages, Receivers, SceneBuffers};
+use umbrage::{Camera, Config, Engine, FrameInput, HostImage, ImageUse, Light, Meshes};
+use umbrage::{PositionLayout, ReceiverImages, Receivers, SceneBuffers};
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
 /// Width and height of the picture.
 pub const SIZE: [u32; 2] = [640, 360];
+/// Where positions lie in the vertices.
+const POSITIONS: PositionLayout = PositionLayout { stride: 20, offset: 8 };
 /// Room behind the indices for those that Umbrage compacts, `Config::index_capacity`.
 const INDEX_ROOM: u32 = 1 << 20;
 
@@ -25,7 +27,7 @@ fn main() -> Result<()> {
     let out = std::env::args().nth(1).ok_or("usage: host PICTURE.png")?;
     let scene = opaque(umbrage::scene::builtin());
     let vulkan = Vulkan::new(std::env::var_os("HOST_VALIDATION").is_some())?;
-    let [pixels, _] = render(&vulkan, &scene, &look(&scene), true, 3)?;
+    let [pixels, _] = render(&vulkan, &scene, &look(&scene), true, &Config::new(SIZE), 3)?;
     let lit = pixels.iter().filter(|p| **p >> 24 == 255).count();
     println!("{lit} of {} pixels are lit", pixels.len());
     let rgb: Vec<u8> = pixels.iter().flat_map(|p| p.to_le_bytes().into_iter().take(3)).collect();
@@ -72,11 +74,13 @@ impl Content {
         let meshes = Meshes::new(&scene.positions, &triangles)?;
         let mut indices = meshes.indices.clone();
         indices.resize(indices.len() + INDEX_ROOM as usize, 0);
-        let attributes = vec![Attributes { uv: [0.0; 2], color: u32::MAX }; scene.positions.len()];
+        // vertices as this renderer has them: eight bytes of its own before each position
+        let vertices: Vec<[f32; 5]> = scene.positions.iter().map(|p| [0.5, 0.5, p[0], p[1], p[2]]).collect();
         let storage = |bytes: &[u8], usage| vulkan.buffer(bytes, U::STORAGE_BUFFER | usage);
         let buffers = SceneBuffers {
-            positions: storage(bytemuck::cast_slice(&scene.positions), U::VERTEX_BUFFER)?,
-            attributes: storage(bytemuck::cast_slice(&attributes), U::VERTEX_BUFFER)?,
+            positions: storage(bytemuck::cast_slice(&vertices), U::VERTEX_BUFFER)?,
+            position_layout: POSITIONS,
+            attributes: None,
             indices: storage(bytemuck::cast_slice(&indices), U::INDEX_BUFFER)?,
             index_count: meshes.indices.len() as u32,
             clusters: storage(bytemuck::cast_slice(&meshes.clusters), U::empty())?,
@@ -114,12 +118,14 @@ impl Content {
 }
 
 /// Draws `frames` frames of a scene and returns the last, shaded by the mask and by lookups in the host's own shader: colour,
-/// and visibility in the highest byte. `normals`: whether Umbrage sees the host's, or makes its own from depth.
+/// and visibility in the highest byte. `normals`: whether Umbrage sees the host's, or makes its own from depth;
+/// `config`: of the engine.
 pub fn render(
     vulkan: &Vulkan,
     scene: &Scene,
     (camera, sun): &(Camera, Light),
     normals: bool,
+    config: &Config,
     frames: u32,
 ) -> Result<[Vec<u32>; 2]> {
     let content = Content::new(vulkan, scene)?;
@@ -128,7 +134,7 @@ pub fn render(
     let views = [Receivers { size: SIZE, images: &images, mask: ImageUse::SAMPLED }];
 
     // the engine, and its only light
-    let config = Config { index_capacity: INDEX_ROOM, ..Config::new(SIZE) };
+    let config = Config { index_capacity: INDEX_ROOM, ..config.clone() };
     // SAFETY: the device has what `requirements` asks for, and everything outlives the engine
     let mut engine = unsafe { Engine::new(&vulkan.host, &config, buffers, &views)? };
     engine.add_light(sun)?;

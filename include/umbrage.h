@@ -153,9 +153,9 @@ typedef struct UmbrageDevice {
 typedef struct UmbrageScene {
     // sizeof(UmbrageScene).
     size_t struct_size;
-    // Tightly packed positions in mesh space, three floats each.
+    // Vertices with positions in mesh space, three floats each; position_stride and position_offset say where.
     VkBuffer positions;
-    // UmbrageAttributes, one a vertex.
+    // UmbrageAttributes, one a vertex. VK_NULL_HANDLE where nothing is alpha tested.
     VkBuffer attributes;
     // 32-bit absolute indices, three a triangle (UmbrageMeshData), followed by room for index_capacity more.
     VkBuffer indices;
@@ -174,6 +174,10 @@ typedef struct UmbrageScene {
     // For ray queries, else VK_NULL_HANDLE: the device address (64 bits) of a bottom-level acceleration structure for
     // each mesh, over its triangles in the order of its indices, in one geometry.
     VkBuffer shapes;
+    // Bytes from a vertex to the next: a multiple of 4 from 12 to 2048; 0 stands for 12.
+    uint32_t position_stride;
+    // Bytes from the beginning of a vertex to its position: a multiple of 4, so that the position ends within the vertex.
+    uint32_t position_offset;
     // Number of indices before the room.
     uint32_t index_count;
     // Number of instances. Room for more is kept by instances of policy never.

@@ -4,15 +4,46 @@ use crate::{Camera, Error};
 use ash::vk;
 use glam::{DMat3, DMat4, DVec3, Vec2, Vec3};
 
+/// Where positions lie in a buffer of vertices: three 32-bit floats each.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PositionLayout {
+    /// Bytes from a vertex to the next: a multiple of 4 from 12 to 2048.
+    pub stride: u32,
+    /// Bytes from the beginning of a vertex to its position: a multiple of 4, so that the position ends within the vertex.
+    pub offset: u32,
+}
+
+impl PositionLayout {
+    /// Positions and nothing else.
+    pub const PACKED: Self = Self { stride: 12, offset: 0 };
+
+    /// Stride and offset in words of four bytes.
+    pub(crate) fn words(self) -> [u32; 2] {
+        [self.stride / 4, self.offset / 4]
+    }
+
+    fn check(self) -> Result<(), Error> {
+        let Self { stride, offset } = self;
+        let right = (12..=2048).contains(&stride) && offset <= stride - 12 && stride % 4 == 0 && offset % 4 == 0;
+        let limit = "a stride of 12 to 2048 that holds 12 bytes from the offset, both multiples of 4".into();
+        let given = format!("a stride of {stride} and an offset of {offset}");
+        if right { Ok(()) } else { Err(Error::Limit { field: "position_layout", given, limit }) }
+    }
+}
+
 /// What the engine draws: buffers that the host fills, keeps alive, and changes only between frames. Positions may change
 /// with the bounds of their clusters and meshes and the revisions of their instances.
-/// All need `STORAGE_BUFFER` usage; `positions` and `attributes` also `VERTEX_BUFFER`, `indices` also `INDEX_BUFFER`.
+/// All need `STORAGE_BUFFER` usage; `positions` and `attributes` also `VERTEX_BUFFER`, `indices` also `INDEX_BUFFER`. The
+/// vertices may be those that the host draws with.
 #[derive(Debug, Clone, Copy)]
 pub struct SceneBuffers {
-    /// Tightly packed `vec3` positions in mesh space.
+    /// Vertices with positions in mesh space.
     pub positions: vk::Buffer,
-    /// 12 bytes a vertex: `vec2` texture coordinate, RGBA8 colour.
-    pub attributes: vk::Buffer,
+    /// Where the positions lie in them.
+    pub position_layout: PositionLayout,
+    /// 12 bytes a vertex: `vec2` texture coordinate, RGBA8 colour ([`crate::Attributes`]). Needed where anything is alpha
+    /// tested.
+    pub attributes: Option<vk::Buffer>,
     /// 32-bit absolute indices, three a triangle, followed by room for `Config::index_capacity` more.
     pub indices: vk::Buffer,
     /// Number of indices before that room.
@@ -47,6 +78,23 @@ pub struct SceneBuffers {
     pub bounds_min: [f64; 3],
     /// Upper corner.
     pub bounds_max: [f64; 3],
+}
+
+impl SceneBuffers {
+    /// Checks what can be checked without a device.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        self.position_layout.check()?;
+        if self.alpha_tested && self.attributes.is_none() {
+            let (field, given) = ("attributes", "none, with alpha-tested casters".into());
+            return Err(Error::Limit { field, given, limit: "texture coordinates and colours of all vertices".into() });
+        }
+        Ok(())
+    }
+
+    /// Buffers of vertices as pipelines bind them; without attributes nothing reads the second.
+    pub(crate) fn vertices(&self) -> [vk::Buffer; 2] {
+        [self.positions, self.attributes.unwrap_or(self.positions)]
+    }
 }
 
 /// How the host uses an image before the engine's commands and after them.

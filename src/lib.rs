@@ -122,5 +122,7 @@ pub use engine::{DepthPrepass, Engine, FrameId, LightId, LookupSet, MeshDraw};
 pub use error::Error;
 pub use gpu::structs::Counters;
 pub use gpu::{HostDevice, RayQueryRequirements, Requirements, missing_features, requirements};
-pub use host::{FrameInput, HostImage, ImageUse, ReceiverImages, Receivers, SceneBuffers, encode_normal};
+pub use host::{
+    FrameInput, HostImage, ImageUse, PositionLayout, ReceiverImages, Receivers, SceneBuffers, encode_normal,
+};
 pub use light::Light;

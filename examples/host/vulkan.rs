@@ -1,6 +1,6 @@
 //! The renderer's own Vulkan: a device, buffers and images that live until it ends, two pipelines.
 
-use super::{Result, SIZE};
+use super::{POSITIONS, Result, SIZE};
 use ash::vk;
 use glam::{DMat4, DVec3};
 use std::cell::RefCell;
@@ -185,10 +185,14 @@ impl Vulkan {
             let stage =
                 |stage, module| vk::PipelineShaderStageCreateInfo::default().stage(stage).module(module).name(c"main");
             let stages = [stage(vk::ShaderStageFlags::VERTEX, vertex), stage(vk::ShaderStageFlags::FRAGMENT, fragment)];
-            let bindings =
-                [vk::VertexInputBindingDescription { binding: 0, stride: 12, input_rate: vk::VertexInputRate::VERTEX }];
+            let bindings = [vk::VertexInputBindingDescription {
+                binding: 0,
+                stride: POSITIONS.stride,
+                input_rate: vk::VertexInputRate::VERTEX,
+            }];
             let format = vk::Format::R32G32B32_SFLOAT;
-            let attributes = [vk::VertexInputAttributeDescription { location: 0, binding: 0, format, offset: 0 }];
+            let attributes =
+                [vk::VertexInputAttributeDescription { location: 0, binding: 0, format, offset: POSITIONS.offset }];
             let input = vk::PipelineVertexInputStateCreateInfo::default()
                 .vertex_binding_descriptions(&bindings)
                 .vertex_attribute_descriptions(&attributes);

@@ -6,6 +6,8 @@
 // The trees of the listed clusters. A cluster's triangles are halved again and again across the longest axis of their
 // centres; one thread a triangle, which knows its place and counts who comes before it.
 layout(local_size_x = 128) in;
+layout(constant_id = 11) const uint POSITION_STRIDE = 3u;
+layout(constant_id = 12) const uint POSITION_OFFSET = 0u;
 layout(std430, binding = 0) readonly buffer List { uint list[]; };
 layout(std430, binding = 1) readonly buffer Clusters { Cluster clusters[]; };
 layout(std430, binding = 2) readonly buffer Indices { uint indices[]; };
@@ -58,7 +60,7 @@ uint halve(uint place, uvec3 centre, uint size, uint count) {
     return present ? begin + rank : place;
 }
 
-vec3 position(uint vertex) { return vec3(positions[3u * vertex], positions[3u * vertex + 1u], positions[3u * vertex + 2u]); }
+#include "shared/position.glsl"
 
 void build(Cluster cluster) {
     uint local = gl_LocalInvocationIndex;

@@ -12,6 +12,8 @@ layout(constant_id = 0) const uint PAGE_TEXELS = 128u;
 layout(constant_id = 1) const uint GUTTER = 0u;
 layout(constant_id = 2) const uint PAIR_CAPACITY = 1024u;
 layout(constant_id = 3) const uint INDEX_CAPACITY = 1024u;
+layout(constant_id = 5) const uint POSITION_STRIDE = 3u;
+layout(constant_id = 6) const uint POSITION_OFFSET = 0u;
 layout(std140, binding = 0) uniform FrameBlock { Frame frame; };
 layout(std430, binding = 1) buffer CountersBlock { Counters counters; };
 layout(std430, binding = 2) readonly buffer Pages { Page pages[]; };
@@ -29,6 +31,7 @@ layout(push_constant) uniform Push {
 };
 
 #include "shared/caster_bounds.glsl"
+#include "shared/position.glsl"
 
 const uint MAX_VERTICES = 384u;
 const float BEHIND = 1e30;
@@ -104,11 +107,10 @@ void main() {
     uint vertices = meshlets[pair.cluster] + 1u;
     uint vertex_count = meshlets[vertices - 1u];
     for (uint v = local; v < vertex_count; v += gl_WorkGroupSize.x) {
-        uint p = 3u * meshlets[vertices + v];
-        vec4 position = vec4(positions[p], positions[p + 1u], positions[p + 2u], 1.0);
-        float w = dot(row_w, position);
+        vec4 at = vec4(position(meshlets[vertices + v]), 1.0);
+        float w = dot(row_w, at);
         // what comes too close to the light's plane is everywhere
-        texels_of[v] = !perspective || w >= light.scale.z ? vec2(dot(row_x, position), dot(row_y, position)) / w : vec2(BEHIND);
+        texels_of[v] = !perspective || w >= light.scale.z ? vec2(dot(row_x, at), dot(row_y, at)) / w : vec2(BEHIND);
     }
     barrier();
     float margin = texel_margin(key_level(page.key));

@@ -1,11 +1,12 @@
 // Whether a ray meets a caster: a walk through the tree of glsl/shared/bvh.glsl. The includer defines RAY_BINDING, the first
-// of six bindings, and includes shared/structs.glsl, shared/split.glsl and shared/receiver.glsl; constants 0 to 12 are taken.
+// of six bindings, and includes shared/structs.glsl, shared/split.glsl and shared/receiver.glsl; constants 0 to 14 are taken.
 // Space is relative to the eye of `frame`, so that nothing near it is rounded more than its distance asks for.
 #include "shared/bvh.glsl"
 layout(constant_id = 11) const uint CULL = 0u;  // sides of casters left out: 0 none, 1 back, 2 front
 layout(constant_id = 12) const bool ALPHA = true;  // whether any caster is alpha tested
 layout(std430, binding = RAY_BINDING) readonly buffer Tree { uvec4 tree[]; };
 
+#define RAY_CONSTANT 13
 #include "shared/ray_hit.glsl"
 
 // A ray in the steps of a box test: a box is met between near * inverse + near_shift and far * inverse + far_shift.

@@ -1,5 +1,7 @@
-// Points where rays meet casters. The includer defines RAY_BINDING, after which come five bindings, and includes
-// shared/structs.glsl and shared/split.glsl.
+// Points where rays meet casters. The includer defines RAY_BINDING, after which come five bindings, and RAY_CONSTANT, the first
+// of two constants, and includes shared/structs.glsl and shared/split.glsl.
+layout(constant_id = RAY_CONSTANT) const uint POSITION_STRIDE = 3u;
+layout(constant_id = RAY_CONSTANT + 1) const uint POSITION_OFFSET = 0u;
 layout(std430, binding = RAY_BINDING + 1) readonly buffer Instances { Instance instances[]; };
 layout(std430, binding = RAY_BINDING + 2) readonly buffer Positions { float positions[]; };
 layout(std430, binding = RAY_BINDING + 3) readonly buffer Attributes { uint attributes[]; };
@@ -11,7 +13,7 @@ layout(std430, binding = RAY_BINDING + 5) readonly buffer Texels { uint texels[]
 // Share of the ray on both sides of its origin in which a surface is looked for, beyond the rounding of what meets triangles.
 const float SEARCH = 0.1;
 
-vec3 position(uint vertex) { return vec3(positions[3u * vertex], positions[3u * vertex + 1u], positions[3u * vertex + 2u]); }
+#include "shared/position.glsl"
 
 // A point of a triangle: its vertices and their weights.
 struct Met {

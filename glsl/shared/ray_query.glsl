@@ -1,6 +1,6 @@
 // Whether a ray meets a caster, by a ray query (VK_KHR_ray_query) into the structure that query_instances.comp places. The
 // includer defines RAY_BINDING, the first of nine bindings, and includes shared/structs.glsl, shared/split.glsl and
-// shared/receiver.glsl; constants 0 and 1 are taken. Space is relative to the eye of `frame`, as the structure is.
+// shared/receiver.glsl; constants 0 to 3 are taken. Space is relative to the eye of `frame`, as the structure is.
 layout(constant_id = 0) const uint CULL = 0u;  // sides of casters left out: 0 none, 1 back, 2 front
 layout(constant_id = 1) const bool ALPHA = true;  // whether any caster is alpha tested
 layout(binding = RAY_BINDING) uniform accelerationStructureEXT casters;
@@ -8,6 +8,7 @@ layout(std430, binding = RAY_BINDING + 6) readonly buffer Meshes { MeshBounds me
 layout(std430, binding = RAY_BINDING + 7) readonly buffer Clusters { Cluster clusters[]; };
 layout(std430, binding = RAY_BINDING + 8) readonly buffer Indices { uint indices[]; };
 
+#define RAY_CONSTANT 2
 #include "shared/ray_hit.glsl"
 
 const float FAR = 3e38;  // queries take no infinity

@@ -3,7 +3,7 @@
 use super::guard::Failure;
 use super::input::{present, sized, slice, zero};
 use super::vulkan::*;
-use crate::{FrameInput, HostImage, ImageUse, ReceiverImages, Receivers, SceneBuffers};
+use crate::{FrameInput, HostImage, ImageUse, PositionLayout, ReceiverImages, Receivers, SceneBuffers};
 use ash::vk::Handle;
 use glam::{DMat3, DMat4, DVec3};
 
@@ -14,9 +14,9 @@ use glam::{DMat3, DMat4, DVec3};
 pub struct UmbrageScene {
     /// sizeof(UmbrageScene).
     pub struct_size: usize,
-    /// Tightly packed positions in mesh space, three floats each.
+    /// Vertices with positions in mesh space, three floats each; position_stride and position_offset say where.
     pub positions: VkBuffer,
-    /// UmbrageAttributes, one a vertex.
+    /// UmbrageAttributes, one a vertex. VK_NULL_HANDLE where nothing is alpha tested.
     pub attributes: VkBuffer,
     /// 32-bit absolute indices, three a triangle (UmbrageMeshData), followed by room for index_capacity more.
     pub indices: VkBuffer,
@@ -35,6 +35,10 @@ pub struct UmbrageScene {
     /// For ray queries, else VK_NULL_HANDLE: the device address (64 bits) of a bottom-level acceleration structure for
     /// each mesh, over its triangles in the order of its indices, in one geometry.
     pub shapes: VkBuffer,
+    /// Bytes from a vertex to the next: a multiple of 4 from 12 to 2048; 0 stands for 12.
+    pub position_stride: u32,
+    /// Bytes from the beginning of a vertex to its position: a multiple of 4, so that the position ends within the vertex.
+    pub position_offset: u32,
     /// Number of indices before the room.
     pub index_count: u32,
     /// Number of instances. Room for more is kept by instances of policy never.
@@ -51,7 +55,7 @@ pub struct UmbrageScene {
 }
 
 #[cfg(target_pointer_width = "64")]
-const _: () = assert!(size_of::<UmbrageScene>() == 8 + 10 * 8 + 4 * 4 + 6 * 8);
+const _: () = assert!(size_of::<UmbrageScene>() == 8 + 10 * 8 + 6 * 4 + 6 * 8);
 
 impl UmbrageScene {
     /// # Safety
@@ -70,6 +74,8 @@ impl UmbrageScene {
             materials: null,
             texels: null,
             shapes: null,
+            position_stride: 0,
+            position_offset: 0,
             index_count: 0,
             instance_count: 0,
             caster_count: 0,
@@ -81,7 +87,11 @@ impl UmbrageScene {
         let scene = unsafe { sized(scene, empty, size_of::<Self>(), "the scene")? };
         Ok(SceneBuffers {
             positions: present(scene.positions, "positions")?,
-            attributes: present(scene.attributes, "attributes")?,
+            position_layout: PositionLayout {
+                stride: if scene.position_stride == 0 { PositionLayout::PACKED.stride } else { scene.position_stride },
+                offset: scene.position_offset,
+            },
+            attributes: (!scene.attributes.is_null()).then_some(scene.attributes),
             indices: present(scene.indices, "indices")?,
             index_count: scene.index_count,
             clusters: present(scene.clusters, "clusters")?,

@@ -142,7 +142,14 @@ impl Bvh {
                 &with(&[count_of, CLUSTER_GROUPS]),
                 0,
             )?,
-            clusters: Compute::new(gpu, "bvh_clusters", spirv!("engine/bvh_clusters.comp"), &build, &constants, 0)?,
+            clusters: Compute::new(
+                gpu,
+                "bvh_clusters",
+                spirv!("engine/bvh_clusters.comp"),
+                &build,
+                &with(&scene.position_layout.words()),
+                0,
+            )?,
             casters: Compute::new(
                 gpu,
                 "bvh_casters",
@@ -168,7 +175,8 @@ impl Bvh {
 
     /// The constants that a shader with `glsl/shared/ray.glsl` begins with.
     pub(crate) fn ray_constants(&self, config: &Config) -> Vec<u32> {
-        [self.constants.as_slice(), &[config.cull as u32, u32::from(self.scene.alpha_tested)]].concat()
+        let [stride, offset] = self.scene.position_layout.words();
+        [self.constants.as_slice(), &[config.cull as u32, u32::from(self.scene.alpha_tested), stride, offset]].concat()
     }
 
     /// The bindings of such a shader, from its `RAY_BINDING`.

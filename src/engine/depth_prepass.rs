@@ -71,7 +71,7 @@ impl DepthPrepass {
             Binding::External(scene.texels),
         ];
         let state = GraphicsState {
-            positions: true,
+            positions: Some(scene.position_layout),
             attributes: true,
             colors: &[vk::Format::R32_UINT, vk::Format::R8G8B8A8_UNORM],
             depth_compare: vk::CompareOp::GREATER_OR_EQUAL,
@@ -156,7 +156,7 @@ impl DepthPrepass {
             device.cmd_begin_rendering(cmd, &info);
             set_area(device, cmd, area);
             device.cmd_bind_index_buffer(cmd, self.scene.indices, 0, vk::IndexType::UINT32);
-            device.cmd_bind_vertex_buffers(cmd, 0, &[self.scene.positions, self.scene.attributes], &[0, 0]);
+            device.cmd_bind_vertex_buffers(cmd, 0, &self.scene.vertices(), &[0, 0]);
             for (pipeline, alpha_tested) in [(&self.opaque, false), (&self.masked, true)] {
                 pipeline.bind(cmd);
                 for d in draws.iter().filter(|d| d.alpha_tested == alpha_tested) {

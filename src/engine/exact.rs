@@ -17,7 +17,8 @@ pub(crate) const RAY_BYTES: u32 = 32;
 
 /// Points where rays meet casters, for `glsl/shared/ray_hit.glsl`.
 pub(crate) fn hit_bindings(scene: &SceneBuffers) -> [Binding<'static>; 5] {
-    [scene.instances, scene.positions, scene.attributes, scene.materials, scene.texels].map(Binding::External)
+    let [positions, attributes] = scene.vertices();
+    [scene.instances, positions, attributes, scene.materials, scene.texels].map(Binding::External)
 }
 
 pub(crate) struct Exact {
@@ -71,7 +72,8 @@ impl Exact {
                 trace("exact_trace", spirv!("engine/exact_trace.comp"), &bvh.ray_bindings(), &bvh.ray_constants(config))
             }
             (None, Some(query)) => {
-                let constants = [config.cull as u32, u32::from(scene.alpha_tested)];
+                let [stride, offset] = scene.position_layout.words();
+                let constants = [config.cull as u32, u32::from(scene.alpha_tested), stride, offset];
                 trace("exact_query", spirv!("engine/exact_query.comp"), &query.bindings(scene), &constants)
             }
             (None, None) => Err(Error::Unsupported { what: "ray queries without structures of the meshes".into() }),

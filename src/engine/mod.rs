@@ -122,6 +122,7 @@ impl Engine {
         views: &[Receivers<'_>],
     ) -> Result<Self, Error> {
         config.check(gpu.limits.max_image_array_layers.min(gpu.limits.max_framebuffer_layers).min(MAX_LAYERS))?;
+        scene.check()?;
         if !(1..=MAX_VIEWS).contains(&views.len()) {
             return Err(Error::Limit {
                 field: "views",

@@ -38,9 +38,9 @@ impl Tiles {
         // the nearest caster has the greatest depth
         let state = |attributes| GraphicsState {
             depth_compare: vk::CompareOp::GREATER_OR_EQUAL,
-            ..GraphicsState::casters(attributes)
+            ..GraphicsState::casters(scene.position_layout, attributes)
         };
-        let clear = GraphicsState { positions: false, depth_compare: vk::CompareOp::ALWAYS, ..state(false) };
+        let clear = GraphicsState { positions: None, depth_compare: vk::CompareOp::ALWAYS, ..state(false) };
         Ok(Self {
             clear: Graphics::new(
                 gpu,
@@ -101,7 +101,7 @@ impl Tiles {
             self.clear.bind(cmd);
             device.cmd_draw_indirect(cmd, b.arguments.raw, 4 * u64::from(arguments::CLEAR), 1, 0);
             device.cmd_bind_index_buffer(cmd, self.scene.indices, 0, vk::IndexType::UINT32);
-            device.cmd_bind_vertex_buffers(cmd, 0, &[self.scene.positions, self.scene.attributes], &[0, 0]);
+            device.cmd_bind_vertex_buffers(cmd, 0, &self.scene.vertices(), &[0, 0]);
         }
         // sides are told apart in the fragment shader, since mirrored instances turn the winding over
         if self.cull == Cull::None {

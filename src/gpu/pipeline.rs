@@ -2,6 +2,7 @@
 
 use super::{Buffer, Gpu, Image, Structure, sync};
 use crate::error::{Context, Error};
+use crate::host::PositionLayout;
 use ash::vk;
 use bytemuck::Pod;
 use std::ffi::CString;
@@ -286,8 +287,8 @@ pub(crate) struct Shaders<'a> {
 
 /// Fixed state of a graphics pipeline; triangles, no culling, dynamic viewport and scissor.
 pub(crate) struct GraphicsState<'a> {
-    /// Whether binding 0 delivers `vec3` positions at location 0.
-    pub(crate) positions: bool,
+    /// Where the `vec3` positions for location 0 lie in binding 0, if there are any.
+    pub(crate) positions: Option<PositionLayout>,
     /// Whether binding 1 delivers texture coordinates (location 1) and colour (location 2).
     pub(crate) attributes: bool,
     pub(crate) colors: &'a [vk::Format],
@@ -297,9 +298,9 @@ pub(crate) struct GraphicsState<'a> {
 
 impl GraphicsState<'static> {
     /// Casters into a depth image, nearest first; with attributes where fragments are tested.
-    pub(crate) const fn casters(attributes: bool) -> Self {
+    pub(crate) const fn casters(positions: PositionLayout, attributes: bool) -> Self {
         Self {
-            positions: true,
+            positions: Some(positions),
             attributes,
             colors: &[],
             depth_compare: vk::CompareOp::LESS_OR_EQUAL,
@@ -359,13 +360,13 @@ impl Graphics {
             format,
             offset,
         };
-        if state.positions {
+        if let Some(PositionLayout { stride, offset }) = state.positions {
             vertex_bindings.push(vk::VertexInputBindingDescription {
                 binding: 0,
-                stride: 12,
+                stride,
                 input_rate: vk::VertexInputRate::VERTEX,
             });
-            vertex_attributes.push(attribute(0, 0, vk::Format::R32G32B32_SFLOAT, 0));
+            vertex_attributes.push(attribute(0, 0, vk::Format::R32G32B32_SFLOAT, offset));
         }
         if state.attributes {
             vertex_bindings.push(vk::VertexInputBindingDescription {

@@ -6,7 +6,7 @@ use crate::casters;
 use crate::gpu::structs::MeshBounds;
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Buffer, Gpu, Memory};
-use crate::host::SceneBuffers;
+use crate::host::{PositionLayout, SceneBuffers};
 use crate::scene::{Changes, Mesh, Scene, mesh_bounds};
 use ash::vk;
 use std::ops::Range;
@@ -65,7 +65,8 @@ pub(crate) fn scene(
     let raw = |i: usize| buffers[i].raw;
     let view = SceneBuffers {
         positions: raw(0),
-        attributes: raw(1),
+        position_layout: PositionLayout::PACKED,
+        attributes: Some(raw(1)),
         indices: raw(2),
         index_count: scene.indices.len() as u32,
         clusters: raw(3),

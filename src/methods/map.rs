@@ -148,7 +148,8 @@ impl Map {
             };
             let tested = shaders.fragment.is_some();
             let depth_compare = vk::CompareOp::GREATER_OR_EQUAL;
-            let state = GraphicsState { depth_compare, ..GraphicsState::casters(tested) };
+            let state =
+                GraphicsState { depth_compare, ..GraphicsState::casters(lab.scene_buffers().position_layout, tested) };
             Graphics::new(gpu, name, &shaders, if tested { &draw } else { &draw[..3] }, &state)
         };
         let [kind_of_filter, taps] = filter.words();
@@ -230,7 +231,7 @@ impl Map {
             device.cmd_begin_rendering(cmd, &info);
             set_area(device, cmd, area);
             device.cmd_bind_index_buffer(cmd, scene.indices, 0, vk::IndexType::UINT32);
-            device.cmd_bind_vertex_buffers(cmd, 0, &[scene.positions, scene.attributes], &[0, 0]);
+            device.cmd_bind_vertex_buffers(cmd, 0, &scene.vertices(), &[0, 0]);
             for (pipeline, alpha_tested) in self.draws.iter().flat_map(|[a, b]| [(a, false), (b, true)]) {
                 pipeline.bind(cmd);
                 for (d, _) in lab

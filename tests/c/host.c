@@ -40,15 +40,18 @@ static UmbrageScene make_scene(void) {
     for (uint32_t i = 0; i < 2; i++) CHECK(umbrage_instance_init(&instances[i], (const double(*)[4])rows[i], i, 0));
     UmbrageMaterial material;
     CHECK(umbrage_material_init(&material));
-    const UmbrageAttributes attributes[12] = {{{0, 0}, 0xffffffff}};
+    // in vertices of the host's, which have more before and after
+    float vertices[12][5] = {{0}};
+    for (int i = 0; i < 12; i++) memcpy(&vertices[i][1], positions[i], sizeof positions[i]);
     const uint32_t texel = 0xffffffff;
 
     const VkBufferUsageFlags storage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, vertex = VK_BUFFER_USAGE_VERTEX_BUFFER_BIT;
     const VkBufferUsageFlags index = VK_BUFFER_USAGE_INDEX_BUFFER_BIT;
     UmbrageScene scene = {
         .struct_size = sizeof scene,
-        .positions = buffer(positions, sizeof positions, 0, storage | vertex, NULL),
-        .attributes = buffer(attributes, sizeof attributes, 0, storage | vertex, NULL),
+        .positions = buffer(vertices, sizeof vertices, 0, storage | vertex, NULL),
+        .position_stride = sizeof vertices[0],
+        .position_offset = sizeof(float),
         .indices = buffer(data.indices, data.index_count * 4, INDEX_ROOM * 4, storage | index, NULL),
         .clusters = buffer(data.clusters, data.cluster_count * sizeof *data.clusters, 0, storage, NULL),
         .meshlets = buffer(data.meshlets, data.meshlet_word_count * 4, 0, storage, NULL),
@@ -88,6 +91,12 @@ static void refused_engines(const UmbrageDevice *host, const UmbrageConfig *conf
     UmbrageScene empty = *scene;
     empty.positions = VK_NULL_HANDLE;
     REFUSED(umbrage_engine_create(host, config, &empty, view, 1, &engine), UMBRAGE_ERROR_ARGUMENT, "positions is");
+    empty = *scene;
+    empty.position_offset = 12;
+    REFUSED(umbrage_engine_create(host, config, &empty, view, 1, &engine), UMBRAGE_ERROR_LIMIT, "position_layout");
+    empty = *scene;
+    empty.alpha_tested = VK_TRUE;
+    REFUSED(umbrage_engine_create(host, config, &empty, view, 1, &engine), UMBRAGE_ERROR_LIMIT, "attributes");
     UmbrageView blind = *view;
     blind.image_count = 0;
     REFUSED(umbrage_engine_create(host, config, scene, &blind, 1, &engine), UMBRAGE_ERROR_LIMIT, "images of a view");
