@@ -99,6 +99,13 @@ static UmbrageDevice bring_up_device(void) {
     int all = name_count == 3 && strcmp(names[1], VK_KHR_RAY_QUERY_EXTENSION_NAME) == 0 && query.rayQuery;
     if (rays == UMBRAGE_OK ? !all : rays != UMBRAGE_ERROR_UNSUPPORTED || name_count)
         fail("ray queries", umbrage_last_error());
+    if (rays == UMBRAGE_OK) {
+        vulkan12 = copy;
+        vulkan13.pNext = &structure;
+        structure.pNext = &query;
+        host.ray_query = VK_TRUE;
+    }
+    printf("%s\n", host.ray_query ? "ray queries: on" : umbrage_last_error());
 
     VkQueueFamilyProperties families[16];
     count = 16;
@@ -117,6 +124,8 @@ static UmbrageDevice bring_up_device(void) {
         .pNext = &vulkan12,
         .queueCreateInfoCount = 1,
         .pQueueCreateInfos = &queues,
+        .enabledExtensionCount = name_count,
+        .ppEnabledExtensionNames = names,
         .pEnabledFeatures = &features,
     };
     CHECK(vkCreateDevice(physical_device, &info, NULL, &device));

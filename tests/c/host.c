@@ -108,7 +108,8 @@ static void refused_engines(const UmbrageDevice *host, const UmbrageConfig *conf
     REFUSED(umbrage_engine_create(&nothing, config, scene, view, 1, &engine), UMBRAGE_ERROR_ARGUMENT, "proc_addr");
     nothing = *host;
     nothing.ray_query = VK_TRUE;
-    REFUSED(umbrage_engine_create(&nothing, config, scene, view, 1, &engine), UMBRAGE_ERROR_UNSUPPORTED, "ray queries");
+    if (!host->ray_query)
+        REFUSED(umbrage_engine_create(&nothing, config, scene, view, 1, &engine), UMBRAGE_ERROR_UNSUPPORTED, "ray quer");
     if (engine) fail("create", "an engine that was refused");
 }
 
