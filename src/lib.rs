@@ -67,8 +67,9 @@
 //!
 //! # Features
 //!
-//! Without features the crate is the engine alone. `lab` adds glTF scenes, the other methods, the ray-traced reference
-//! and pictures; `window` adds a window to look through; `cli` adds the program `umbrage`.
+//! Without features the crate is the engine alone. `capi` adds the C interface (`include/umbrage.h`), `lab` glTF scenes,
+//! the other methods, the ray-traced reference and pictures, `window` a window to look through, `cli` the program
+//! `umbrage`.
 //!
 //! # Spaces and units
 //!
@@ -81,6 +82,8 @@
 //! to the light), that of the camera as the host has it.
 
 mod camera;
+#[cfg(feature = "capi")]
+pub mod capi;
 mod casters;
 mod config;
 mod engine;

@@ -55,6 +55,12 @@ has_linker() {
   command -v cc >/dev/null && { [[ $OSTYPE == darwin* ]] || any_file "$(cc -print-file-name=crt1.o)"; }
 }
 
+has_vulkan_headers() {
+  cc -E -x c - <<<'#include <vulkan/vulkan.h>' >/dev/null 2>&1
+}
+
+has_cpp() { cc -E -x c++ - <<<'#include <cstddef>' >/dev/null 2>&1; }
+
 # Prints the Debian packages that are missing for `demo` or `test`, one a line.
 missing() {
   has_linker || printf '%s\n' gcc libc6-dev
@@ -64,6 +70,8 @@ missing() {
     has_validation || echo vulkan-validationlayers
     command -v glslangValidator >/dev/null || echo glslang-tools
     command -v spirv-val >/dev/null || echo spirv-tools
+    has_vulkan_headers || echo libvulkan-dev # hosts in C
+    has_cpp || echo g++
     # what opens a window, and where: elsewhere than on Linux tools/view_test is skipped
     if [[ $OSTYPE == linux* ]]; then
       [[ -n $(lavapipe)${VK_DRIVER_FILES:-}${VK_ICD_FILENAMES:-} ]] || echo mesa-vulkan-drivers
@@ -93,6 +101,8 @@ mesa-vulkan-drivers    mesa-vulkan-drivers       vulkan-swrast             molte
 vulkan-validationlayers vulkan-validation-layers vulkan-validation-layers  vulkan-validationlayers
 glslang-tools          glslang                   glslang                   glslang
 spirv-tools            spirv-tools               spirv-tools               spirv-tools
+libvulkan-dev          vulkan-loader-devel       vulkan-headers            vulkan-headers
+g++                    gcc-c++                   gcc                       llvm
 xvfb                   xorg-x11-server-Xvfb      xorg-server-xvfb          -
 xdotool                xdotool                   xdotool                   -
 libx11-6               libX11                    libx11                    -

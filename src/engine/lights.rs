@@ -21,6 +21,18 @@ impl LightId {
     pub fn slot(&self) -> u32 {
         self.slot
     }
+
+    /// As one number: the slot in the low half, never 0.
+    #[cfg(feature = "capi")]
+    pub(crate) fn to_bits(self) -> u64 {
+        u64::from(self.generation) << 32 | u64::from(self.slot)
+    }
+
+    /// What [`LightId::to_bits`] gave, or no light's.
+    #[cfg(feature = "capi")]
+    pub(crate) fn from_bits(bits: u64) -> Self {
+        Self { slot: bits as u32, generation: (bits >> 32) as u32 }
+    }
 }
 
 #[derive(Default)]

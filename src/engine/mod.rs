@@ -81,6 +81,19 @@ pub struct LookupSet {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FrameId(u64);
 
+#[cfg(feature = "capi")]
+impl FrameId {
+    /// Frames before it and itself.
+    pub(crate) fn number(self) -> u64 {
+        self.0
+    }
+
+    /// What [`FrameId::number`] gave.
+    pub(crate) fn from_number(number: u64) -> Self {
+        Self(number)
+    }
+}
+
 impl Engine {
     /// Makes everything the engine needs; nothing is allocated afterwards. `views`: what each view of a frame sees;
     /// they share pages.
