@@ -145,7 +145,8 @@ fn no_struct_is_forgotten() {
         "ShadeLight",
     ];
     let structs = committed("").into_iter().flat_map(|s| read(&s.words).structs).filter(|s| s.stride.is_some());
-    let names: BTreeSet<_> = structs.map(|s| s.name).collect();
+    // what hosts include has a longer name
+    let names: BTreeSet<_> = structs.map(|s| s.name.trim_start_matches("Umbrage").to_owned()).collect();
     assert_eq!(names, compared.map(str::to_owned).into());
 }
 
