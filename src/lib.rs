@@ -63,7 +63,7 @@
 //! # }
 //! ```
 //!
-//! `examples/host.rs` is a whole renderer around it.
+//! `examples/host.rs` is a whole renderer around it, `examples/wgpu` one that draws with wgpu.
 //!
 //! # Features
 //!

@@ -81,8 +81,7 @@ impl Vulkan {
             let family =
                 families.iter().position(|f| f.queue_flags.contains(wanted)).ok_or("no graphics queue")? as u32;
             let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
-            // the host's own features are switched on in the same structs; it has none of its own
-            needs.vulkan12.buffer_device_address = vk::FALSE;
+            // features of the host's own would be switched on in the same structs
             let info = vk::DeviceCreateInfo::default()
                 .queue_create_infos(&queues)
                 .enabled_features(&needs.features)
