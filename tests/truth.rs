@@ -2,7 +2,7 @@
 #![cfg(feature = "lab")]
 
 use glam::{DVec3, Vec3};
-use umbrage::scene::{Attributes, Instance, Material, Mesh, NO_TEXTURE, Scene};
+use umbrage::scene::{Attributes, Instance, Material, Mesh, Scene};
 use umbrage::truth::{
     GBuffer, Metrics, PixelClass, Reference, Tracer, alpha_at, classify, compare, compare_coverage, ray_offsets,
     reference, reference_coverage, reference_soft, rmse, trace_visibility,
@@ -32,17 +32,7 @@ impl Random {
 }
 
 fn material() -> Material {
-    Material {
-        base_color: [1.0; 4],
-        uv_row0: [1.0, 0.0, 0.0, 0.0],
-        uv_row1: [0.0, 1.0, 0.0, 0.0],
-        texel_offset: NO_TEXTURE,
-        width: 0,
-        height: 0,
-        wrap: 0,
-        alpha_cutoff: 0.0,
-        pad: [0; 3],
-    }
+    Material::default()
 }
 
 fn empty_scene() -> Scene {
