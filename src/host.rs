@@ -1,5 +1,6 @@
 //! Everything that crosses the border between a host renderer and the engine, as plain handles.
 
+use crate::gpu::Image;
 use crate::{Camera, Error};
 use ash::vk;
 use glam::{DMat3, DMat4, DVec3, Vec2, Vec3};
@@ -176,6 +177,12 @@ pub struct HostImage {
 }
 
 impl HostImage {
+    /// An image of ours that is sampled before and after.
+    pub(crate) fn own(image: &Image, format: vk::Format) -> Self {
+        let (samples, used) = (vk::SampleCountFlags::TYPE_1, ImageUse::SAMPLED);
+        Self { image: image.raw, view: image.view, format, samples, layer: 0, used }
+    }
+
     /// The layout in which the engine samples it.
     pub(crate) fn sampled_layout(&self) -> vk::ImageLayout {
         if self.used.is_sampled() { self.used.layout } else { vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL }

@@ -8,7 +8,7 @@ use crate::gpu::HostDevice;
 use crate::gpu::structs::Frame;
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Buffer, Gpu, Graphics, GraphicsState, Image, ImageSpec, Memory, Shaders, set_area, spirv};
-use crate::host::{FrameInput, HostImage, ImageUse, ReceiverImages, SceneBuffers};
+use crate::host::{FrameInput, HostImage, ReceiverImages, SceneBuffers};
 use ash::vk;
 use std::sync::Arc;
 
@@ -97,16 +97,8 @@ impl DepthPrepass {
 
     /// Depth and normals, as [`crate::Engine::new`] takes them.
     pub fn images(&self) -> ReceiverImages {
-        let read = |image: &Image, format| HostImage {
-            image: image.raw,
-            view: image.view,
-            format,
-            samples: vk::SampleCountFlags::TYPE_1,
-            layer: 0,
-            used: ImageUse::SAMPLED,
-        };
-        let normal = Some(read(&self.normal, vk::Format::R32_UINT));
-        ReceiverImages { depth: read(&self.depth, vk::Format::D32_SFLOAT), normal }
+        let normal = Some(HostImage::own(&self.normal, vk::Format::R32_UINT));
+        ReceiverImages { depth: HostImage::own(&self.depth, vk::Format::D32_SFLOAT), normal }
     }
 
     /// Width and height in pixels.

@@ -1,5 +1,5 @@
 //! Rays of listed items: what the shadow map cannot decide, decided by the casters. Rays go through the tree of
-//! [`super::bvh`] or, where the device has ray queries, through the structure of [`super::ray_query`].
+//! [`super::bvh`] or, where the device has ray queries, through the structure of [`super::query`].
 //! Reads: number of items, rays, frame constants, tree or structure, the scene. Writes: visibility, a word an item: 1 lit, 0 shadowed.
 //! At capacity: the rest is not traced.
 

@@ -1,6 +1,7 @@
 //! The timeline of a frame: every pass in order and every barrier between passes.
 
 use super::Engine;
+use super::query::RayQuery;
 use crate::gpu::Timer;
 use crate::gpu::structs::{Counters, Frame, LightRecord, frame_flags, light_kind};
 use crate::gpu::sync::{self, Access::*};
@@ -107,12 +108,7 @@ impl Engine {
         stage("reset");
 
         for (view, &images) in self.views.iter().zip(&data.images) {
-            let (images, gradient) = &view.gradients[images];
-            let seen = || [Some(images.depth), images.normal].into_iter().flatten();
-            seen().for_each(|image| sync::host_image(device, cmd, &image, true));
-            gradient.record(cmd, view.size);
-            seen().for_each(|image| sync::host_image(device, cmd, &image, false));
-            view.buffers.receivers.record_written(device, cmd);
+            view.record_gradient(device, cmd, images);
         }
         stage("gradient");
 
@@ -159,17 +155,9 @@ impl Engine {
             bvh.record(cmd);
             stage("bvh");
         }
-        let queries = || self.views.iter().filter_map(|view| view.exact.as_ref()?.query.as_ref());
-        if queries().next().is_some() {
-            sync::barrier(device, cmd, &[(StructureBuild, ComputeWrite)]);
-            queries().for_each(|query| query.record_instances(cmd));
-            sync::barrier(
-                device,
-                cmd,
-                &[(ComputeWrite, StructureBuild), (StructureRead, StructureBuild), (StructureBuild, StructureBuild)],
-            );
-            queries().for_each(|query| query.record_build(cmd));
-            sync::barrier(device, cmd, &[(StructureBuild, StructureRead)]);
+        let queries = self.views.iter().filter_map(|view| view.exact.as_ref()?.query.as_ref());
+        if queries.clone().next().is_some() {
+            RayQuery::record(device, cmd, queries);
             stage("query");
         }
 

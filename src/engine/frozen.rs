@@ -2,6 +2,7 @@
 
 use super::Engine;
 use super::constants::History;
+use super::query::RayQuery;
 use crate::gpu::Timer;
 use crate::gpu::structs::{Counters, light_kind};
 use crate::gpu::sync::{self, Access::*};
@@ -35,11 +36,7 @@ impl Engine {
         self.finish(&mut data, 0);
         let sun = data.lights.len() == 1 && data.lights[0].kind[0] == light_kind::DIRECTIONAL;
         let view = &self.views[0];
-        let (images, gradient) = view.gradients.get(input.images).ok_or_else(|| Error::Limit {
-            field: "images of a view",
-            given: input.images.to_string(),
-            limit: format!("0 to {}, as the view was made", view.gradients.len() - 1),
-        })?;
+        view.check_images(input.images)?;
         let (device, b) = (&self.gpu.device, &self.buffers);
 
         sync::barrier(
@@ -59,19 +56,11 @@ impl Engine {
         sync::barrier(device, cmd, &[(TransferWrite, ComputeWrite), (TransferWrite, ComputeRead)]);
         view.buffers.receivers.record_discard(device, cmd);
         sync::mask(device, cmd, &view.buffers.mask, &view.mask_use, false);
-        let seen = || [Some(images.depth), images.normal].into_iter().flatten();
-        seen().for_each(|image| sync::host_image(device, cmd, &image, true));
-        gradient.record(cmd, view.size);
-        seen().for_each(|image| sync::host_image(device, cmd, &image, false));
-        view.buffers.receivers.record_written(device, cmd);
+        view.record_gradient(device, cmd, input.images);
         timer.mark(cmd, "gradient");
         // the structure is relative to the eye
         if let Some(query) = view.exact.as_ref().and_then(|exact| exact.query.as_ref()) {
-            sync::barrier(device, cmd, &[(StructureBuild, ComputeWrite)]);
-            query.record_instances(cmd);
-            sync::barrier(device, cmd, &[(ComputeWrite, StructureBuild), (StructureRead, StructureBuild)]);
-            query.record_build(cmd);
-            sync::barrier(device, cmd, &[(StructureBuild, StructureRead)]);
+            RayQuery::record(device, cmd, std::iter::once(query));
             timer.mark(cmd, "query");
         }
         if !sun {

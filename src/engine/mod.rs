@@ -266,13 +266,7 @@ impl Engine {
         timer: Option<&mut Timer>,
     ) -> Result<FrameId, Error> {
         self.check_views(inputs.len())?;
-        for (input, view) in inputs.iter().zip(&self.views) {
-            let count = view.gradients.len();
-            if input.images >= count {
-                let (given, limit) = (input.images.to_string(), format!("0 to {}, as the view was made", count - 1));
-                return Err(Error::Limit { field: "images of a view", given, limit });
-            }
-        }
+        inputs.iter().zip(&self.views).try_for_each(|(input, view)| view.check_images(input.images))?;
         let first = self.history.frame == 0;
         let mut forget = 0;
         if first || !self.config.cache {

@@ -5,6 +5,7 @@
 //! instance.
 
 use super::exact;
+use crate::gpu::sync::{self, Access};
 use crate::gpu::{self, Binding, Buffer, Compute, Gpu, Memory, Structure, spirv};
 use crate::host::SceneBuffers;
 use crate::{Config, Error};
@@ -56,15 +57,28 @@ impl RayQuery {
         self.structure.bytes() + self.records.size
     }
 
-    /// Writes the instances; the caller orders this after writes of the scene and before [`RayQuery::record_build`].
-    pub(crate) fn record_instances(&self, cmd: vk::CommandBuffer) {
-        self.instances.dispatch(cmd, &(), [self.count.div_ceil(64), 1, 1]);
-    }
-
-    /// Builds the structure.
-    pub(crate) fn record_build(&self, cmd: vk::CommandBuffer) {
-        let range = vk::AccelerationStructureBuildRangeInfoKHR::default().primitive_count(self.count);
-        self.structure.record(cmd, &gpu::instances(self.records.address()), range);
+    /// Places the instances of all views and builds the structures; the caller has ordered writes of constants and scene
+    /// before compute reads. Ray queries in compute shaders may follow.
+    pub(crate) fn record<'a>(
+        device: &ash::Device,
+        cmd: vk::CommandBuffer,
+        queries: impl Iterator<Item = &'a Self> + Clone,
+    ) {
+        use Access::*;
+        sync::barrier(device, cmd, &[(StructureBuild, ComputeWrite)]);
+        for query in queries.clone() {
+            query.instances.dispatch(cmd, &(), [query.count.div_ceil(64), 1, 1]);
+        }
+        sync::barrier(
+            device,
+            cmd,
+            &[(ComputeWrite, StructureBuild), (StructureRead, StructureBuild), (StructureBuild, StructureBuild)],
+        );
+        for query in queries {
+            let range = vk::AccelerationStructureBuildRangeInfoKHR::default().primitive_count(query.count);
+            query.structure.record(cmd, &gpu::instances(query.records.address()), range);
+        }
+        sync::barrier(device, cmd, &[(StructureBuild, StructureRead)]);
     }
 
     /// What `exact_query` binds from its `RAY_BINDING` on.

@@ -7,6 +7,7 @@ use super::gradient::{self, Gradient};
 use super::lookup::Lookup;
 use super::request::Request;
 use super::sort::Sort;
+use crate::gpu::sync;
 use crate::gpu::{Buffer, Gpu, HostSet, Image, ImageSpec};
 use crate::host::{ImageUse, ReceiverImages, Receivers, SceneBuffers};
 use crate::{Config, Error};
@@ -108,5 +109,25 @@ impl View {
             exact,
             buffers,
         })
+    }
+
+    /// Fails for images that the view does not have.
+    pub(crate) fn check_images(&self, images: usize) -> Result<(), Error> {
+        let count = self.gradients.len();
+        if images < count {
+            return Ok(());
+        }
+        let (given, limit) = (images.to_string(), format!("0 to {}, as the view was made", count - 1));
+        Err(Error::Limit { field: "images of a view", given, limit })
+    }
+
+    /// Takes the host's images, which the view has, from their last use to that again, and leaves the receivers to be read.
+    pub(crate) fn record_gradient(&self, device: &ash::Device, cmd: vk::CommandBuffer, images: usize) {
+        let (images, gradient) = &self.gradients[images];
+        let seen = || [Some(images.depth), images.normal].into_iter().flatten();
+        seen().for_each(|image| sync::host_image(device, cmd, &image, true));
+        gradient.record(cmd, self.size);
+        seen().for_each(|image| sync::host_image(device, cmd, &image, false));
+        self.buffers.receivers.record_written(device, cmd);
     }
 }

@@ -79,6 +79,11 @@ impl Access {
         }
     }
 
+    fn side(self) -> Side {
+        let (stage, access) = self.scope();
+        (stage, access, self.layout())
+    }
+
     fn layout(self) -> L {
         match self {
             Access::Nothing => L::UNDEFINED,
@@ -140,21 +145,33 @@ pub(crate) fn swapchain_image(
     transition(device, cmd, (image, range), before, after);
 }
 
+/// Stages, accesses and layout on one side of a barrier.
+type Side = (S, A, L);
+
 fn transition(
     device: &ash::Device,
     cmd: vk::CommandBuffer,
-    (image, range): (vk::Image, vk::ImageSubresourceRange),
+    image: (vk::Image, vk::ImageSubresourceRange),
     before: Access,
     after: Access,
 ) {
-    let ((src_stage, src_access), (dst_stage, dst_access)) = (before.scope(), after.scope());
+    image_barrier(device, cmd, image, before.side(), after.side());
+}
+
+fn image_barrier(
+    device: &ash::Device,
+    cmd: vk::CommandBuffer,
+    (image, range): (vk::Image, vk::ImageSubresourceRange),
+    before: Side,
+    after: Side,
+) {
     let barrier = [vk::ImageMemoryBarrier2::default()
-        .src_stage_mask(src_stage)
-        .src_access_mask(src_access)
-        .dst_stage_mask(dst_stage)
-        .dst_access_mask(dst_access)
-        .old_layout(before.layout())
-        .new_layout(after.layout())
+        .src_stage_mask(before.0)
+        .src_access_mask(before.1)
+        .dst_stage_mask(after.0)
+        .dst_access_mask(after.1)
+        .old_layout(before.2)
+        .new_layout(after.2)
         .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
         .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
         .image(image)
@@ -166,80 +183,41 @@ fn transition(
 /// Makes an image of the host readable by compute shaders (`begin`), or gives it back.
 pub(crate) fn host_image(device: &ash::Device, cmd: vk::CommandBuffer, image: &HostImage, begin: bool) {
     let (stage, access) = Access::ComputeRead.scope();
-    let (host, own) =
-        ((image.used.stage, image.used.access, image.used.layout), (stage, access, image.sampled_layout()));
+    let own = (stage, access, image.sampled_layout());
+    let host = image.used.side();
     let (before, after) = if begin { (host, own) } else { (own, host) };
-    let barrier = [vk::ImageMemoryBarrier2::default()
-        .src_stage_mask(before.0)
-        .src_access_mask(before.1 & WRITES)
-        .dst_stage_mask(after.0)
-        .dst_access_mask(after.1)
-        .old_layout(before.2)
-        .new_layout(after.2)
-        .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-        .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-        .image(image.image)
-        .subresource_range(vk::ImageSubresourceRange {
-            aspect_mask: image.aspect(),
-            base_mip_level: 0,
-            level_count: 1,
-            base_array_layer: image.layer,
-            layer_count: 1,
-        })];
-    // SAFETY: the command buffer is recording outside of rendering
-    unsafe { device.cmd_pipeline_barrier2(cmd, &vk::DependencyInfo::default().image_memory_barriers(&barrier)) };
+    let range = vk::ImageSubresourceRange {
+        aspect_mask: image.aspect(),
+        base_mip_level: 0,
+        level_count: 1,
+        base_array_layer: image.layer,
+        layer_count: 1,
+    };
+    image_barrier(device, cmd, (image.image, range), before, after);
 }
 
 /// What the engine wrote as a storage image goes over to the host (`end`), or comes back with nothing in it to keep.
 pub(crate) fn mask(device: &ash::Device, cmd: vk::CommandBuffer, image: &Image, used: &ImageUse, end: bool) {
-    let (stage, access) = Access::StorageImage.scope();
-    let barrier = vk::ImageMemoryBarrier2::default();
-    let barrier = if end {
-        let barrier = barrier.src_stage_mask(stage).src_access_mask(access).old_layout(L::GENERAL);
-        barrier.dst_stage_mask(used.stage).dst_access_mask(used.access).new_layout(used.layout)
-    } else {
-        let barrier = barrier.src_stage_mask(used.stage).src_access_mask(used.access & WRITES).old_layout(L::UNDEFINED);
-        barrier.dst_stage_mask(stage).dst_access_mask(access).new_layout(L::GENERAL)
-    };
-    let barrier = [barrier
-        .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-        .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-        .image(image.raw)
-        .subresource_range(image.range())];
-    // SAFETY: the command buffer is recording outside of rendering
-    unsafe { device.cmd_pipeline_barrier2(cmd, &vk::DependencyInfo::default().image_memory_barriers(&barrier)) };
+    let (own, host) = (Access::StorageImage.side(), used.side());
+    let (before, after) = if end { (own, host) } else { ((host.0, host.1, L::UNDEFINED), own) };
+    image_barrier(device, cmd, (image.raw, image.range()), before, after);
 }
 
-/// Accesses of a host that change an image.
-const WRITES: A = A::from_raw(
-    A::SHADER_WRITE.as_raw()
-        | A::SHADER_STORAGE_WRITE.as_raw()
-        | A::COLOR_ATTACHMENT_WRITE.as_raw()
-        | A::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw()
-        | A::TRANSFER_WRITE.as_raw()
-        | A::MEMORY_WRITE.as_raw(),
-);
+impl ImageUse {
+    fn side(&self) -> Side {
+        (self.stage, self.access, self.layout)
+    }
+}
 
 /// Forgets what an image holds after its last use as `last` and readies it for `next`.
 pub(crate) fn discard(device: &ash::Device, cmd: vk::CommandBuffer, image: &Image, last: Access, next: Access) {
-    let ((src_stage, _), (dst_stage, dst_access)) = (last.scope(), next.scope());
+    let (src_stage, _) = last.scope();
     let (_, src_access) = match last {
         Access::ComputeRead | Access::LookupRead | Access::TransferRead | Access::Nothing => (S::NONE, A::NONE),
         writer => writer.scope(),
     };
-    let barrier = [vk::ImageMemoryBarrier2::default()
-        .src_stage_mask(src_stage)
-        .src_access_mask(src_access)
-        .dst_stage_mask(dst_stage)
-        .dst_access_mask(dst_access)
-        .old_layout(L::UNDEFINED)
-        .new_layout(next.layout())
-        .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-        .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-        .image(image.raw)
-        .subresource_range(image.range())];
-    // SAFETY: the command buffer is recording outside of rendering
-    unsafe { device.cmd_pipeline_barrier2(cmd, &vk::DependencyInfo::default().image_memory_barriers(&barrier)) };
+    let before = (src_stage, src_access, L::UNDEFINED);
+    image_barrier(device, cmd, (image.raw, image.range()), before, next.side());
 }
 
 #[cfg(feature = "window")]

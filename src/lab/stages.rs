@@ -216,16 +216,8 @@ impl ScreenStage {
         let view = ViewBuffers::new(&lab.gpu, &config, size)?;
         let depth = image("depth", vk::Format::D32_SFLOAT, U::empty())?;
         let normal = image("normal", vk::Format::R32_UINT, U::empty())?;
-        let sampled = |image: &Image, format| HostImage {
-            image: image.raw,
-            view: image.view,
-            format,
-            samples: vk::SampleCountFlags::TYPE_1,
-            layer: 0,
-            used: ImageUse::SAMPLED,
-        };
-        let normals = Some(sampled(&normal, vk::Format::R32_UINT));
-        let images = ReceiverImages { depth: sampled(&depth, vk::Format::D32_SFLOAT), normal: normals };
+        let normals = Some(HostImage::own(&normal, vk::Format::R32_UINT));
+        let images = ReceiverImages { depth: HostImage::own(&depth, vk::Format::D32_SFLOAT), normal: normals };
         let sort = Sort::new(&lab.gpu, &b.counters, &b.arguments, capacity)?;
         let appends = (route == RequestRoute::Sort).then_some(&sort);
         let gradient = |images| Gradient::new(&lab.gpu, b.frame(0), images, &view.receivers);

@@ -5,7 +5,7 @@ use super::{Lab, LabError};
 use crate::Config;
 use crate::engine::bvh::Bvh;
 use crate::engine::exact::Exact;
-use crate::engine::query;
+use crate::engine::query::{self, RayQuery};
 use crate::gpu::sync::{self, Access::*};
 use crate::gpu::{Binding, Buffer, Memory, structs::Frame};
 use ash::vk;
@@ -78,15 +78,7 @@ impl ExactStage {
 
     fn build_structure(&self, lab: &Lab) -> Result<f64> {
         lab.submit(|cmd| {
-            let device = &lab.gpu.device;
-            let Some(query) = &self.exact.query else { return };
-            sync::barrier(device, cmd, &[(StructureBuild, ComputeWrite)]);
-            query.record_instances(cmd);
-            let next =
-                [(ComputeWrite, StructureBuild), (StructureRead, StructureBuild), (StructureBuild, StructureBuild)];
-            sync::barrier(device, cmd, &next);
-            query.record_build(cmd);
-            sync::barrier(device, cmd, &[(StructureBuild, StructureRead)]);
+            RayQuery::record(&lab.gpu.device, cmd, self.exact.query.iter());
         })
     }
 
@@ -120,7 +112,7 @@ impl ExactStage {
 
     /// Device memory of the tree and all that builds it, or of the structure over the meshes', in bytes.
     pub fn bytes(&self) -> u64 {
-        let query = self.exact.query.as_ref().map(query::RayQuery::bytes);
+        let query = self.exact.query.as_ref().map(RayQuery::bytes);
         self.bvh.as_ref().map(Bvh::bytes).or(query).unwrap_or(0)
     }
 }
