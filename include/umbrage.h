@@ -21,6 +21,10 @@
 // Marks "no texture" in Material::texel_offset.
 #define UMBRAGE_NO_TEXTURE UINT32_MAX
 
+// Bit of an instance's `flags`: the host draws it itself (crate::SceneBuffers::host_draws). Its mesh is one cluster, of
+// which only the bounds matter (Meshes::add_bounds).
+#define HOST_DRAWN 8
+
 // The lights and the views of one scene. One thread at a time may use an engine; any thread may be that one.
 typedef struct UmbrageEngine UmbrageEngine;
 
@@ -191,6 +195,12 @@ typedef struct UmbrageScene {
     double bounds_min[3];
     // Upper corner.
     double bounds_max[3];
+    // For casters that the host draws with pipelines of its own (umbrage_record_with), else VK_NULL_HANDLE: a
+    // VkDrawIndexedIndirectCommand for each instance, of storage and indirect usage. The host fills in indexCount,
+    // firstIndex and vertexOffset of the instances that it draws (UMBRAGE_CAST_HOST_DRAWN), the engine, every frame, how
+    // many pages each is drawn into (instanceCount) and where these are listed (firstInstance). Their meshes come last
+    // (umbrage_meshes_add_bounds). Not with exact, whose rays would not see them.
+    VkBuffer host_draws;
 } UmbrageScene;
 
 // How the host uses an image before the engine's commands and after them.
@@ -293,6 +303,9 @@ typedef struct UmbrageFrameInput {
     uint32_t reserved;
 } UmbrageFrameInput;
 
+// Records draws of the host's; user: what was given beside it.
+typedef void (*UmbrageDraw)(VkCommandBuffer commands, void *user);
+
 // Counters of one frame; they keep counting beyond the capacities.
 typedef struct UmbrageCounters {
     // Distinct keys (flags route) or de-duplicated keys (sort route) asked for, by each attempt.
@@ -333,10 +346,12 @@ typedef struct UmbrageCounters {
     uint32_t evicted;
     // Pages whose content became wrong.
     uint32_t invalidated;
-    // (cluster, page) pairs drawn.
+    // (cluster, page) pairs drawn by the engine.
     uint32_t pairs_opaque;
     // The same of alpha-tested casters.
     uint32_t pairs_masked;
+    // (caster, page) pairs that the host drew.
+    uint32_t pairs_host;
     // Pairs before the budget.
     uint32_t pairs_asked;
     // Compacted indices written, or refused for want of room.
@@ -387,7 +402,7 @@ typedef struct UmbrageCluster {
     uint32_t first_index;
     // Half the size of the bounds, mesh space.
     float extent[3];
-    // Number of triangles, 1 to CLUSTER_TRIANGLES.
+    // Number of triangles, 1 to CLUSTER_TRIANGLES; 0 where the host draws them.
     uint32_t triangle_count;
 } UmbrageCluster;
 
@@ -436,7 +451,8 @@ typedef struct UmbrageInstance {
     uint32_t mesh;
     // Any change of this number tells the engine that the instance moved or deformed or that its alpha changed.
     uint32_t revision;
-    // How the instance casts, a CastPolicy; bit 2: its mesh is alpha tested (ALPHA_TESTED).
+    // How the instance casts, a CastPolicy; bit 2: its mesh is alpha tested
+    // (ALPHA_TESTED); bit 3: the host draws it (HOST_DRAWN).
     uint32_t flags;
 } UmbrageInstance;
 
@@ -574,6 +590,10 @@ typedef struct UmbrageAttributes {
 // Bit of an instance's flags: its triangles are tested against alpha.
 #define UMBRAGE_CAST_ALPHA_TESTED 4
 
+// Bit of an instance's flags: the host draws it itself (host_draws). Its mesh is one cluster, of which only the bounds
+// matter (umbrage_meshes_add_bounds).
+#define UMBRAGE_CAST_HOST_DRAWN 8
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -695,6 +715,27 @@ UmbrageResult umbrage_record(struct UmbrageEngine *engine,
                              size_t input_count,
                              uint64_t *frame);
 
+// As umbrage_record, for scenes with casters that the host draws (host_draws): draw is called once, before this returns,
+// where their draws belong. It binds pipelines of the host's own with umbrage_casters in their layout and
+// glsl/host/umbrage_caster.glsl in their vertex or tessellation evaluation shader, and records vkCmdDrawIndexedIndirect
+// from host_draws, of one instance or of several that follow each other.
+//
+// The commands lie inside of dynamic rendering into a D32_SFLOAT depth attachment of many layers, without colour, of one
+// sample; viewport and scissor are set, for pipelines that have them as dynamic state. Depth is tested and written by
+// GREATER_OR_EQUAL, without bias; both sides cast. A fragment shader may discard. A caster whose shape changes needs another
+// revision or UMBRAGE_CAST_ALWAYS, as pages are kept: let wind or level of detail not depend on the camera.
+//
+// What the caller sees to:
+// As umbrage_record. draw calls no function of this engine, does not unwind, and leaves the command buffer inside of the same
+// rendering; what it binds stays valid.
+UmbrageResult umbrage_record_with(struct UmbrageEngine *engine,
+                                  VkCommandBuffer commands,
+                                  const struct UmbrageFrameInput *inputs,
+                                  size_t input_count,
+                                  UmbrageDraw draw,
+                                  void *user,
+                                  uint64_t *frame);
+
 // Makes the views anew, as many as there were, for other sizes or other images; pages and lights stay. After an error
 // the engine is as it was.
 //
@@ -745,6 +786,15 @@ UmbrageResult umbrage_lookup(const struct UmbrageEngine *engine,
                              VkDescriptorSetLayout *layout,
                              VkDescriptorSet *set);
 
+// What pipelines of the host bind to draw casters in umbrage_record_with: glsl/host/umbrage_caster.glsl. set: bound at
+// the number that the shader calls UMBRAGE_CASTER_SET. UMBRAGE_ERROR_LIMIT where the scene has no host_draws.
+//
+// What the caller sees to:
+// engine: made and not destroyed.
+UmbrageResult umbrage_casters(const struct UmbrageEngine *engine,
+                              VkDescriptorSetLayout *layout,
+                              VkDescriptorSet *set);
+
 // The mask of a view, of its size: an array of R32_UINT images with mask_bits for each light, in the order of slots
 // from the lowest bits of the first layer. 1 lit, 0 shadowed or not reached by the light, 1 where there is no surface,
 // shares with a filter or several samples a pixel. With 32 bits the words are floats, and layer i is the light of slot
@@ -775,7 +825,18 @@ UmbrageResult umbrage_meshes_create(const float (*positions)[3],
                                     size_t mesh_count,
                                     struct UmbrageMeshes **made);
 
-// Says where the data lie; valid until the meshes are destroyed.
+// Adds a mesh that the host draws itself (UMBRAGE_CAST_HOST_DRAWN). low, high: corners of what it ever covers, displaced in
+// whatever way, in mesh space, three floats each. mesh: where its number goes. What umbrage_meshes_data gave before is no longer valid.
+// UMBRAGE_ERROR_LIMIT for corners that are not finite or not in this order.
+//
+// What the caller sees to:
+// meshes: made and not destroyed. low, high: three floats each.
+UmbrageResult umbrage_meshes_add_bounds(struct UmbrageMeshes *meshes,
+                                        const float *low,
+                                        const float *high,
+                                        uint32_t *mesh);
+
+// Says where the data lie; valid until the meshes are changed or destroyed.
 //
 // What the caller sees to:
 // meshes: made and not destroyed.

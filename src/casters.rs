@@ -31,7 +31,7 @@ pub struct Cluster {
     pub first_index: u32,
     /// Half the size of the bounds, mesh space.
     pub extent: [f32; 3],
-    /// Number of triangles, 1 to [`CLUSTER_TRIANGLES`].
+    /// Number of triangles, 1 to [`CLUSTER_TRIANGLES`]; 0 where the host draws them.
     pub triangle_count: u32,
 }
 
@@ -50,7 +50,8 @@ pub struct Instance {
     pub mesh: u32,
     /// Any change of this number tells the engine that the instance moved or deformed or that its alpha changed.
     pub revision: u32,
-    /// How the instance casts, a [`CastPolicy`]; bit 2: its mesh is alpha tested ([`ALPHA_TESTED`]).
+    /// How the instance casts, a [`CastPolicy`]; bit 2: its mesh is alpha tested
+    /// ([`ALPHA_TESTED`]); bit 3: the host draws it ([`HOST_DRAWN`]).
     pub flags: u32,
 }
 
@@ -138,6 +139,9 @@ pub enum CastPolicy {
 
 /// Bit of an instance's `flags`: its triangles are tested against alpha.
 pub const ALPHA_TESTED: u32 = 4;
+/// Bit of an instance's `flags`: the host draws it itself ([`crate::SceneBuffers::host_draws`]). Its mesh is one cluster, of
+/// which only the bounds matter ([`Meshes::add_bounds`]).
+pub const HOST_DRAWN: u32 = 8;
 
 /// What the engine draws of a list of meshes, on the CPU: contents of [`crate::host::SceneBuffers`] of the same names.
 #[derive(Debug, Clone, Default)]
@@ -188,6 +192,26 @@ impl Meshes {
         }
         made.meshlets = meshlets(&made.indices, &made.clusters, positions.len());
         Ok(made)
+    }
+
+    /// Adds a mesh that the host draws itself ([`HOST_DRAWN`]) and returns its number. `low`, `high`: corners of what it ever
+    /// covers, displaced in whatever way, in mesh space.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] for corners that are not finite or not in this order.
+    pub fn add_bounds(&mut self, low: [f32; 3], high: [f32; 3]) -> Result<u32, Error> {
+        let ordered = (0..3).all(|i| low[i].is_finite() && high[i].is_finite() && low[i] <= high[i]);
+        if !ordered {
+            let given = format!("{low:?} to {high:?}");
+            return Err(Error::Limit { field: "bounds", given, limit: "finite, the lower corner first".into() });
+        }
+        let cluster = bound(&[low, high], &[[0, 1, 1]], 0);
+        let (first_cluster, mesh) = (self.clusters.len() as u32, self.meshes.len() as u32);
+        // the words of meshlets begin with one for each cluster that has any
+        self.clusters.push(Cluster { triangle_count: 0, ..cluster });
+        let Cluster { center, extent, .. } = cluster;
+        self.meshes.push(MeshBounds { center, first_cluster, extent, cluster_count: 1 });
+        Ok(mesh)
     }
 
     /// Number of casters of a list of instances, given the mesh of each: [`crate::host::SceneBuffers::caster_count`].

@@ -71,6 +71,13 @@ pub struct SceneBuffers {
     /// refits them, ordered before the engine's commands as writes of acceleration structures before a build of one reads
     /// them and before compute shaders do.
     pub shapes: Option<vk::Buffer>,
+    /// For casters that the host draws with pipelines of its own, in [`crate::Engine::record_with`]: a
+    /// `VkDrawIndexedIndirectCommand` for each instance, of `STORAGE_BUFFER` and `INDIRECT_BUFFER` usage. The host fills in
+    /// index count, first index and vertex offset of the instances that it draws ([`crate::HOST_DRAWN`]), the
+    /// engine, every frame, how many pages each is drawn into (`instanceCount`) and where these are listed (`firstInstance`).
+    /// Their meshes come last ([`crate::Meshes::add_bounds`]). Not with [`crate::Config::exact`], whose
+    /// rays would not see them.
+    pub host_draws: Option<vk::Buffer>,
     /// Number of casters: clusters of all instances together.
     pub caster_count: u32,
     /// Whether any instance is alpha tested.

@@ -114,11 +114,11 @@ pub mod window;
 
 pub use camera::Camera;
 pub use casters::{
-    ALPHA_TESTED, Attributes, CLUSTER_TRIANGLES, CastPolicy, Cluster, Instance, Material, MeshBounds, Meshes,
-    NO_TEXTURE,
+    ALPHA_TESTED, Attributes, CLUSTER_TRIANGLES, CastPolicy, Cluster, HOST_DRAWN, Instance, Material, MeshBounds,
+    Meshes, NO_TEXTURE,
 };
 pub use config::{Config, Cull, Filter, LevelRule, Pressure, RequestRoute, sample_places};
-pub use engine::{DepthPrepass, Engine, FrameId, LightId, LookupSet, MeshDraw};
+pub use engine::{DepthPrepass, Engine, FrameId, LightId, MeshDraw, ShaderSet};
 pub use error::Error;
 pub use gpu::structs::Counters;
 pub use gpu::{HostDevice, RayQueryRequirements, Requirements, missing_features, requirements};

@@ -41,7 +41,7 @@ fn engine_structs_are_those_of_the_shaders() {
         &all,
         "Counters",
         fields!(Counters, requests unique leaves nodes failed shift threshold draw_threshold draw_order draws_asked pages hits stale
-            admitted drawn drawn_dynamic deferred evicted invalidated pairs_opaque pairs_masked pairs_asked indices
+            admitted drawn drawn_dynamic deferred evicted invalidated pairs_opaque pairs_masked pairs_host pairs_asked indices
             triangles sorted changed dynamics items active_faces starved requested resident refused),
     );
     assert_layout::<Slot>(&all, "Slot", fields!(Slot, axis_x revision axis_z valid key seen used));

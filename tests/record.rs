@@ -50,7 +50,7 @@ fn crowd(count: u32) -> Scene {
 fn a_frame_is_recorded_without_allocating() {
     let vulkan = example::Vulkan::new(false).unwrap();
     let scene = crowd(10_000);
-    let content = example::Content::new(&vulkan, &scene).unwrap();
+    let content = example::Content::new(&vulkan, &scene, None).unwrap();
     assert!((10_000..10_100).contains(&content.buffers.caster_count), "{} casters", content.buffers.caster_count);
     let images = content.images(true);
     let views = [Receivers { size: example::SIZE, images: &images, mask: ImageUse::SAMPLED }];

@@ -7,7 +7,7 @@ use std::cell::RefCell;
 use std::ffi::c_void;
 use std::sync::atomic::{AtomicU32, Ordering};
 use umbrage::scene::Scene;
-use umbrage::{FrameInput, HostDevice, ImageUse, LookupSet, SceneBuffers};
+use umbrage::{FrameInput, HostDevice, ImageUse, SceneBuffers, ShaderSet};
 use vk::{AccessFlags2 as A, ImageLayout as L, PipelineStageFlags2 as S};
 
 /// An image and a view of all of it.
@@ -41,6 +41,8 @@ pub struct Pipeline {
     set_layout: vk::DescriptorSetLayout,
     pool: vk::DescriptorPool,
     set: vk::DescriptorSet,
+    /// The stage that has push constants.
+    pushed: vk::ShaderStageFlags,
 }
 
 // SAFETY of all calls below: handles are alive until `drop`, infos are complete, the only command buffer is waited for
@@ -81,7 +83,9 @@ impl Vulkan {
             let family =
                 families.iter().position(|f| f.queue_flags.contains(wanted)).ok_or("no graphics queue")? as u32;
             let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
-            // features of the host's own would be switched on in the same structs
+            // features of the host's own are switched on in the same structs
+            let has = instance.get_physical_device_features(physical_device);
+            needs.features.tessellation_shader = has.tessellation_shader;
             let info = vk::DeviceCreateInfo::default()
                 .queue_create_infos(&queues)
                 .enabled_features(&needs.features)
@@ -118,7 +122,7 @@ impl Vulkan {
     }
 
     /// A buffer that the CPU sees, and where.
-    pub(super) fn host_visible(&self, size: u64, usage: vk::BufferUsageFlags) -> Result<(vk::Buffer, *mut u8)> {
+    pub fn host_visible(&self, size: u64, usage: vk::BufferUsageFlags) -> Result<(vk::Buffer, *mut u8)> {
         unsafe {
             let device = &self.host.device;
             let buffer = device.create_buffer(&vk::BufferCreateInfo::default().size(size).usage(usage), None)?;
@@ -131,13 +135,13 @@ impl Vulkan {
         }
     }
 
-    pub(super) fn buffer(&self, bytes: &[u8], usage: vk::BufferUsageFlags) -> Result<vk::Buffer> {
+    pub fn buffer(&self, bytes: &[u8], usage: vk::BufferUsageFlags) -> Result<vk::Buffer> {
         let (buffer, to) = self.host_visible(bytes.len() as u64, usage)?;
         unsafe { std::ptr::copy_nonoverlapping(bytes.as_ptr(), to, bytes.len()) };
         Ok(buffer)
     }
 
-    pub(super) fn image(&self, format: vk::Format, usage: vk::ImageUsageFlags) -> Result<Image> {
+    pub fn image(&self, format: vk::Format, usage: vk::ImageUsageFlags) -> Result<Image> {
         unsafe {
             let device = &self.host.device;
             let info = vk::ImageCreateInfo::default()
@@ -168,22 +172,57 @@ impl Vulkan {
         Ok(unsafe { self.host.device.create_shader_module(&vk::ShaderModuleCreateInfo::default().code(&words), None)? })
     }
 
-    /// Draws the scene: into colour and normals, or, with the engine's set, into colour with shadows looked up.
-    pub(super) fn draw_pipeline(&self, lookup: Option<LookupSet>) -> Result<Pipeline> {
+    /// Draws the scene.
+    pub fn draw_pipeline(&self, pass: Pass) -> Result<Pipeline> {
         unsafe {
             let device = &self.host.device;
-            let push = [vk::PushConstantRange { stage_flags: vk::ShaderStageFlags::VERTEX, offset: 0, size: 112 }];
-            let layouts: Vec<_> = lookup.iter().map(|lookup| lookup.layout).collect();
+            use vk::ShaderStageFlags as Stage;
+            // what a pass binds, how many colours it draws, which shaders do it and which of these has push constants
+            let (set, colors, pushed, shaders): (_, _, _, &[(Stage, &[u8])]) = match pass {
+                Pass::Camera => (
+                    None,
+                    2,
+                    (Stage::VERTEX, CAMERA_PUSH),
+                    &[
+                        (Stage::VERTEX, include_bytes!("../../spirv/examples/host.vert.spv")),
+                        (Stage::FRAGMENT, include_bytes!("../../spirv/examples/host.frag.spv")),
+                    ],
+                ),
+                Pass::Forward(lookup) => (
+                    Some(lookup),
+                    1,
+                    (Stage::VERTEX, CAMERA_PUSH),
+                    &[
+                        (Stage::VERTEX, include_bytes!("../../spirv/examples/host.vert.spv")),
+                        (Stage::FRAGMENT, include_bytes!("../../spirv/examples/forward.frag.spv")),
+                    ],
+                ),
+                Pass::Casters(casters) => (
+                    Some(casters),
+                    0,
+                    (Stage::VERTEX, 4),
+                    &[(Stage::VERTEX, include_bytes!("../../spirv/examples/casters.vert.spv"))],
+                ),
+                Pass::Patches(casters) => (
+                    Some(casters),
+                    0,
+                    (Stage::TESSELLATION_EVALUATION, 4),
+                    &[
+                        (Stage::VERTEX, include_bytes!("../../spirv/examples/patches.vert.spv")),
+                        (Stage::TESSELLATION_CONTROL, include_bytes!("../../spirv/examples/patches.tesc.spv")),
+                        (Stage::TESSELLATION_EVALUATION, include_bytes!("../../spirv/examples/patches.tese.spv")),
+                    ],
+                ),
+            };
+            let push = [vk::PushConstantRange { stage_flags: pushed.0, offset: 0, size: pushed.1 }];
+            let layouts: Vec<_> = set.iter().map(|set| set.layout).collect();
             let info = vk::PipelineLayoutCreateInfo::default().push_constant_ranges(&push).set_layouts(&layouts);
             let layout = device.create_pipeline_layout(&info, None)?;
-            let vertex = self.module(include_bytes!("../../spirv/examples/host.vert.spv"))?;
-            let fragment = self.module(match lookup {
-                None => include_bytes!("../../spirv/examples/host.frag.spv").as_slice(),
-                Some(_) => include_bytes!("../../spirv/examples/forward.frag.spv"),
-            })?;
-            let stage =
-                |stage, module| vk::PipelineShaderStageCreateInfo::default().stage(stage).module(module).name(c"main");
-            let stages = [stage(vk::ShaderStageFlags::VERTEX, vertex), stage(vk::ShaderStageFlags::FRAGMENT, fragment)];
+            let modules = shaders.iter().map(|(_, bytes)| self.module(bytes)).collect::<Result<Vec<_>>>()?;
+            let stage = |(&(stage, _), &module): (&(_, _), _)| {
+                vk::PipelineShaderStageCreateInfo::default().stage(stage).module(module).name(c"main")
+            };
+            let stages: Vec<_> = shaders.iter().zip(&modules).map(stage).collect();
             let bindings = [vk::VertexInputBindingDescription {
                 binding: 0,
                 stride: POSITIONS.stride,
@@ -195,10 +234,14 @@ impl Vulkan {
             let input = vk::PipelineVertexInputStateCreateInfo::default()
                 .vertex_binding_descriptions(&bindings)
                 .vertex_attribute_descriptions(&attributes);
-            let assembly =
-                vk::PipelineInputAssemblyStateCreateInfo::default().topology(vk::PrimitiveTopology::TRIANGLE_LIST);
-            let area = viewport();
-            let viewports = vk::PipelineViewportStateCreateInfo::default().viewports(&area.0).scissors(&area.1);
+            let patches = matches!(pass, Pass::Patches(_));
+            let topology =
+                if patches { vk::PrimitiveTopology::PATCH_LIST } else { vk::PrimitiveTopology::TRIANGLE_LIST };
+            let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(topology);
+            let tessellation = vk::PipelineTessellationStateCreateInfo::default().patch_control_points(3);
+            let viewports = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
+            let states = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];
+            let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&states);
             let raster = vk::PipelineRasterizationStateCreateInfo::default().line_width(1.0);
             let samples =
                 vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(vk::SampleCountFlags::TYPE_1);
@@ -208,14 +251,13 @@ impl Vulkan {
                 .depth_write_enable(true)
                 .depth_compare_op(vk::CompareOp::GREATER_OR_EQUAL);
             let all = vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA);
-            let colors = if lookup.is_some() { 1 } else { 2 };
             let blends = [all; 2];
             let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&blends[..colors]);
             let formats = [vk::Format::R8G8B8A8_UNORM, vk::Format::R32_UINT];
             let mut rendering = vk::PipelineRenderingCreateInfo::default()
                 .color_attachment_formats(&formats[..colors])
                 .depth_attachment_format(vk::Format::D32_SFLOAT);
-            let info = vk::GraphicsPipelineCreateInfo::default()
+            let mut info = vk::GraphicsPipelineCreateInfo::default()
                 .stages(&stages)
                 .vertex_input_state(&input)
                 .input_assembly_state(&assembly)
@@ -224,21 +266,20 @@ impl Vulkan {
                 .multisample_state(&samples)
                 .depth_stencil_state(&depth)
                 .color_blend_state(&blend)
+                .dynamic_state(&dynamic)
                 .layout(layout)
                 .push_next(&mut rendering);
+            if patches {
+                info = info.tessellation_state(&tessellation);
+            }
             let made = device.create_graphics_pipelines(vk::PipelineCache::null(), &[info], None).map_err(|e| e.1)?[0];
-            [vertex, fragment].into_iter().for_each(|module| device.destroy_shader_module(module, None));
-            let set = lookup.map_or(vk::DescriptorSet::null(), |lookup| lookup.set);
-            Ok(self.keep(Pipeline { pipeline: made, layout, set, ..Default::default() }))
+            modules.into_iter().for_each(|module| device.destroy_shader_module(module, None));
+            let set = set.map_or(vk::DescriptorSet::null(), |set| set.set);
+            Ok(self.keep(Pipeline { pipeline: made, layout, set, pushed: pushed.0, ..Default::default() }))
         }
     }
 
-    pub(super) fn shade_pipeline(
-        &self,
-        color: vk::ImageView,
-        mask: vk::ImageView,
-        pixels: vk::Buffer,
-    ) -> Result<Pipeline> {
+    pub fn shade_pipeline(&self, color: vk::ImageView, mask: vk::ImageView, pixels: vk::Buffer) -> Result<Pipeline> {
         unsafe {
             let device = &self.host.device;
             use vk::DescriptorType as D;
@@ -275,7 +316,7 @@ impl Vulkan {
                 vk::ComputePipelineCreateInfo::default().stage(stage.module(module).name(c"main")).layout(layout);
             let made = device.create_compute_pipelines(vk::PipelineCache::null(), &[info], None).map_err(|e| e.1)?[0];
             device.destroy_shader_module(module, None);
-            Ok(self.keep(Pipeline { pipeline: made, layout, set_layout, pool, set }))
+            Ok(self.keep(Pipeline { pipeline: made, layout, set_layout, pool, set, ..Default::default() }))
         }
     }
 
@@ -285,7 +326,7 @@ impl Vulkan {
     }
 
     /// The host's pass before Umbrage: leaves depth and normals as attachments, colour readable.
-    pub(super) fn draw(&self, cmd: vk::CommandBuffer, pipeline: &Pipeline, images: [Image; 3], what: &Geometry<'_>) {
+    pub fn draw(&self, cmd: vk::CommandBuffer, pipeline: &Pipeline, images: [Image; 3], what: &Geometry<'_>) {
         let [color, normal, depth] = images;
         // the last frame's passes may still read them
         let before = (S::COMPUTE_SHADER | WRITTEN.0 | TESTED.0, A::NONE, L::UNDEFINED);
@@ -298,7 +339,7 @@ impl Vulkan {
     }
 
     /// The host's pass after Umbrage that looks shadows up itself, over the depth of the pass before; copied to `pixels`.
-    pub(super) fn forward(
+    pub fn forward(
         &self,
         cmd: vk::CommandBuffer,
         pipeline: &Pipeline,
@@ -326,7 +367,7 @@ impl Vulkan {
         colors: &[vk::ImageView],
         depth: vk::ImageView,
         depth_load: vk::AttachmentLoadOp,
-        Geometry { buffers, scene, input }: &Geometry<'_>,
+        Geometry { buffers, scene, input, wind }: &Geometry<'_>,
     ) {
         unsafe {
             let device = &self.host.device;
@@ -343,6 +384,8 @@ impl Vulkan {
                 .color_attachments(&colors)
                 .depth_attachment(&depth);
             device.cmd_begin_rendering(cmd, &info);
+            device.cmd_set_viewport(cmd, 0, &viewport().0);
+            device.cmd_set_scissor(cmd, 0, &viewport().1);
             let point = vk::PipelineBindPoint::GRAPHICS;
             device.cmd_bind_pipeline(cmd, point, pipeline.pipeline);
             if pipeline.set != vk::DescriptorSet::null() {
@@ -360,7 +403,8 @@ impl Vulkan {
                 let columns = [column(0).extend(0.0), column(1).extend(0.0), column(2).extend(0.0), offset.extend(1.0)];
                 let [x, y, z, w] = columns;
                 let clip_from_mesh = (clip * DMat4::from_cols(x, y, z, w)).as_mat4();
-                let push = [bytemuck::bytes_of(&clip_from_mesh), bytemuck::bytes_of(&rows)].concat();
+                let push =
+                    [bytemuck::bytes_of(&clip_from_mesh), bytemuck::bytes_of(&rows), bytemuck::bytes_of(wind)].concat();
                 device.cmd_push_constants(cmd, pipeline.layout, vk::ShaderStageFlags::VERTEX, 0, &push);
                 device.cmd_draw_indexed(cmd, mesh.index_count, 1, mesh.first_index, 0, 0);
             }
@@ -368,8 +412,23 @@ impl Vulkan {
         }
     }
 
+    /// The casters that the host draws itself, inside of Umbrage's rendering: each into the pages that Umbrage found for it.
+    pub fn casters(&self, cmd: vk::CommandBuffer, pipeline: &Pipeline, what: &Geometry<'_>) {
+        let Some(draws) = what.buffers.host_draws else { return };
+        unsafe {
+            let device = &self.host.device;
+            let point = vk::PipelineBindPoint::GRAPHICS;
+            device.cmd_bind_pipeline(cmd, point, pipeline.pipeline);
+            device.cmd_bind_descriptor_sets(cmd, point, pipeline.layout, 0, &[pipeline.set], &[]);
+            device.cmd_push_constants(cmd, pipeline.layout, pipeline.pushed, 0, bytemuck::bytes_of(&what.wind));
+            device.cmd_bind_vertex_buffers(cmd, 0, &[what.buffers.positions], &[0]);
+            device.cmd_bind_index_buffer(cmd, what.buffers.indices, 0, vk::IndexType::UINT32);
+            device.cmd_draw_indexed_indirect(cmd, draws, 0, what.buffers.instance_count, 20);
+        }
+    }
+
     /// The host's pass after Umbrage, which left the mask readable.
-    pub(super) fn shade(&self, cmd: vk::CommandBuffer, pipeline: &Pipeline) {
+    pub fn shade(&self, cmd: vk::CommandBuffer, pipeline: &Pipeline) {
         unsafe {
             let device = &self.host.device;
             let point = vk::PipelineBindPoint::COMPUTE;
@@ -411,7 +470,7 @@ impl Vulkan {
         }
     }
 
-    pub(super) fn submit(&self, record: impl FnOnce(vk::CommandBuffer)) -> Result<()> {
+    pub fn submit(&self, record: impl FnOnce(vk::CommandBuffer)) -> Result<()> {
         self.record(record)?;
         unsafe {
             let device = &self.host.device;
@@ -433,9 +492,26 @@ const TESTED: Use = {
 
 /// What both passes over the scene draw.
 pub struct Geometry<'a> {
-    pub(super) buffers: &'a SceneBuffers,
-    pub(super) scene: &'a Scene,
-    pub(super) input: &'a FrameInput,
+    pub buffers: &'a SceneBuffers,
+    pub scene: &'a Scene,
+    pub input: &'a FrameInput,
+    pub wind: f32,
+}
+
+/// Bytes of push constants of `host.vert`.
+const CAMERA_PUSH: u32 = 116;
+
+/// What is drawn of the scene.
+#[derive(Clone, Copy)]
+pub enum Pass {
+    /// Colour and normals.
+    Camera,
+    /// Colour, with shadows looked up.
+    Forward(ShaderSet),
+    /// Depth into the pages of the shadow map.
+    Casters(ShaderSet),
+    /// The same, tessellated.
+    Patches(ShaderSet),
 }
 
 fn whole(format: vk::Format) -> vk::ImageSubresourceRange {

@@ -15,7 +15,7 @@ layout(std430, binding = 2) buffer Nodes { Node nodes[]; };
 layout(std430, binding = 3) readonly buffer Keys { uvec2 keys[]; };
 layout(std430, binding = 4) readonly buffer Values { uint values[]; };
 layout(std430, binding = 5) writeonly buffer Pages { Page pages[]; };
-layout(std430, binding = 6) writeonly buffer PairCounts { uint pair_counts[]; };  // 4 a page
+layout(std430, binding = 6) writeonly buffer PairCounts { uint pair_counts[]; };  // PAIR_KINDS of each layer of each page
 layout(std430, binding = 7) buffer Slots { Slot slots[]; };
 layout(std430, binding = 8) readonly buffer Lights { Light lights[]; };
 
@@ -56,8 +56,8 @@ void main() {
         uint draws = (hit ? 0u : 1u) | ((nodes[node].marks & MARK_DYNAMIC) != 0u ? 2u : 0u);
         pages[place] = Page(key, node, slot, NONE, draws, 0u, turned, scale, 0u, origin);
         nodes[node].page = place + 1u;
-        for (uint k = 0u; k < 4u; k++) {
-            pair_counts[4u * place + k] = 0u;
+        for (uint k = 0u; k < 2u * PAIR_KINDS; k++) {
+            pair_counts[2u * PAIR_KINDS * place + k] = 0u;
         }
         if (slot != NONE) {
             slots[slot].used = frame.cache.y;

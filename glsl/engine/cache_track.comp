@@ -11,6 +11,7 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint PAGE_TEXELS = 128u;
 layout(constant_id = 1) const uint GUTTER = 0u;
 layout(constant_id = 2) const bool TELL = false;  // whether `changes` is wanted
+layout(constant_id = 3) const bool HOST_DRAWS = false;  // whether there are commands of casters that the host draws
 layout(std140, binding = 0) uniform FrameBlock { Frame frame; };
 layout(std430, binding = 1) buffer CountersBlock { Counters counters; };
 layout(std430, binding = 2) readonly buffer Instances { Instance instances[]; };
@@ -19,6 +20,7 @@ layout(std430, binding = 4) buffer TrackedInstances { Tracked tracked[]; };
 layout(std430, binding = 5) writeonly buffer Changed { vec4 changed[]; };  // centre and half size, along the world's axes
 layout(std430, binding = 6) writeonly buffer Items { Item items[]; };
 layout(std430, binding = 7) buffer Changes { uint changes[]; };  // whether any instance changed, then what of each: CHANGED_*
+layout(std430, binding = 8) writeonly buffer HostDraws { DrawCommand host_draws[]; };
 layout(push_constant) uniform Push {
     uint instance_count;
 };
@@ -78,6 +80,10 @@ void main() {
     Tracked known = tracked[index];
     if ((frame.cache.x & FORGET_CASTERS) != 0u) {
         known.state = CASTER_UNKNOWN;
+    }
+    if (HOST_DRAWS && (instance.flags & HOST_DRAWN) != 0u) {
+        // cull_host counts the pages of those that are drawn
+        host_draws[index].instance_count = 0u;
     }
     bool moved = known.state == CASTER_UNKNOWN || !same(instance, known);
     uint before = known.state;

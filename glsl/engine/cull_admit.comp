@@ -6,8 +6,8 @@
 #include "shared/light.glsl"
 #include "shared/refine.glsl"
 
-// Admits pages while their pairs fit the budget, gives each its range of pairs, and writes the arguments of what follows.
-// Roots first, directional lights before others: they answer for everything. Then those that gain the most pixels for
+// Admits pages while their pairs fit the budget, gives each its ranges of those that the engine draws, and writes the
+// arguments of what follows. Roots first, directional lights before others: they answer for everything. Then those that gain the most pixels for
 // their cost, which is linear in layers and pairs (Fernando 2002, sec. 2.4); within the rank at which the budget ends, as
 // many as fit in their order, so that a page whose pairs fit alone is never put off for ever. One workgroup.
 layout(local_size_x = 256) in;
@@ -16,7 +16,7 @@ layout(constant_id = 1) const uint DISPATCH_X = 32768u;
 layout(std140, binding = 0) uniform FrameBlock { Frame frame; };
 layout(std430, binding = 1) buffer CountersBlock { Counters counters; };
 layout(std430, binding = 2) buffer Pages { Page pages[]; };
-layout(std430, binding = 3) buffer PairCursors { uint pair_cursors[]; };  // 4 a page: opaque and masked of each layer
+layout(std430, binding = 3) buffer PairCursors { uint pair_cursors[]; };  // PAIR_KINDS of each layer of each page
 layout(std430, binding = 4) writeonly buffer Arguments { uint arguments[]; };
 layout(std430, binding = 5) readonly buffer Nodes { Node nodes[]; };
 layout(std430, binding = 6) readonly buffer Lights { Light lights[]; };
@@ -33,8 +33,19 @@ void write_dispatch(uint at, uint count) {
     arguments[at + 2u] = 1u;
 }
 
-uvec2 pairs_of(uint page) {
-    return uvec2(pair_cursors[4u * page] + pair_cursors[4u * page + 2u], pair_cursors[4u * page + 1u] + pair_cursors[4u * page + 3u]);
+// Pairs of a page, for each kind.
+uvec3 pairs_of(uint page) {
+    uint at = 2u * PAIR_KINDS * page;
+    uvec3 count = uvec3(0u);
+    for (uint kind = 0u; kind < PAIR_KINDS; kind++) {
+        count[kind] = pair_cursors[at + kind] + pair_cursors[at + PAIR_KINDS + kind];
+    }
+    return count;
+}
+
+uint all_pairs(uint page) {
+    uvec3 count = pairs_of(page);
+    return count.x + count.y + count.z;
 }
 
 // The upper half of the ranks is for roots.
@@ -66,8 +77,7 @@ void main() {
     }
     barrier();
     for (uint i = begin; i < end; i++) {
-        uvec2 count = pairs_of(i);
-        uint pairs = count.x + count.y;
+        uint pairs = all_pairs(i);
         atomicAdd(asked, pairs);
         atomicAdd(ranks[page_rank(i, pairs)], pairs);
         pages[i].admitted = 0u;
@@ -81,8 +91,7 @@ void main() {
             sum += ranks[least];
         }
         for (uint i = 0u; least > 0u && i < counters.sorted; i++) {
-            uvec2 count = pairs_of(i);
-            uint pairs = count.x + count.y;
+            uint pairs = all_pairs(i);
             if (page_rank(i, pairs) + 1u == least && sum + pairs <= PAIR_CAPACITY) {
                 pages[i].admitted = 1u;
                 sum += pairs;
@@ -92,10 +101,9 @@ void main() {
     barrier();
     uvec2 sum = uvec2(0u);
     for (uint i = begin; i < end; i++) {
-        uvec2 count = pairs_of(i);
-        bool fits = pages[i].admitted != 0u || page_rank(i, count.x + count.y) >= least;
+        bool fits = pages[i].admitted != 0u || page_rank(i, all_pairs(i)) >= least;
         pages[i].admitted = fits ? 1u : 0u;
-        sum += fits ? count : uvec2(0u);
+        sum += fits ? pairs_of(i).xy : uvec2(0u);
     }
     sums[local] = sum;
     barrier();
@@ -109,10 +117,10 @@ void main() {
     for (uint i = begin; i < end; i++) {
         if (pages[i].admitted != 0u) {
             for (uint layer = 0u; layer < 2u; layer++) {
-                uint at = 4u * i + 2u * layer;
-                uvec2 count = uvec2(pair_cursors[at], pair_cursors[at + 1u]);
-                pair_cursors[at] = sum.x;
-                pair_cursors[at + 1u] = sum.y;
+                uint at = PAIR_KINDS * (2u * i + layer);
+                uvec2 count = uvec2(pair_cursors[at + PAIR_OPAQUE], pair_cursors[at + PAIR_MASKED]);
+                pair_cursors[at + PAIR_OPAQUE] = sum.x;
+                pair_cursors[at + PAIR_MASKED] = sum.y;
                 sum += count;
             }
         }

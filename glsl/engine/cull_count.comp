@@ -19,20 +19,20 @@ layout(std430, binding = 4) readonly buffer Instances { Instance instances[]; };
 layout(std430, binding = 5) readonly buffer Meshes { MeshBounds meshes[]; };
 layout(std430, binding = 6) readonly buffer Clusters { Cluster clusters[]; };
 layout(std430, binding = 7) readonly buffer Pages { Page pages[]; };
-layout(std430, binding = 8) buffer PairCounts { uint pair_counts[]; };  // 4 a page: opaque and masked of each layer
+layout(std430, binding = 8) buffer PairCounts { uint pair_counts[]; };  // PAIR_KINDS of each layer of each page
 layout(std430, binding = 9) readonly buffer TableKeys { uint table_keys[]; };
 layout(std430, binding = 10) readonly buffer Lights { Light lights[]; };
 layout(std430, binding = 11) readonly buffer Roots { uint roots[]; };
 layout(std430, binding = 12) readonly buffer ActiveFaces { uint active_faces[]; };
 layout(push_constant) uniform Push { uint layer; };
 
-uint instance, cluster, masked;
+uint instance, cluster, kind;
 
 uint item_count() { return counters.items[layer]; }
 bool enter(Node node) { return (node.marks & (MARK_DRAWN << layer)) != 0u; }
 bool visit(uint index, Node node) {
     if (node.page != 0u && (pages[node.page - 1u].draws >> layer & 1u) != 0u) {
-        atomicAdd(pair_counts[4u * (node.page - 1u) + 2u * layer + masked], 1u);
+        atomicAdd(pair_counts[PAIR_KINDS * (2u * (node.page - 1u) + layer) + kind], 1u);
     }
     return false;
 }
@@ -43,7 +43,7 @@ bool visit(uint index, Node node) {
 
 void main() {
     if (item_cluster(instance, cluster)) {
-        masked = (instances[instance].flags & ALPHA_TESTED) != 0u ? 1u : 0u;
+        kind = pair_kind(instances[instance]);
         walk(1u, cluster_box(instances[instance], clusters[cluster]));
     }
 }

@@ -5,7 +5,7 @@
 #include "shared/key.glsl"
 #include "shared/light.glsl"
 
-// Writes the (cluster, page) pairs of the admitted pages, page by page.
+// Writes the (cluster, page) pairs of the admitted pages that the engine draws, page by page.
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint PAGE_TEXELS = 128u;
 layout(constant_id = 1) const uint GUTTER = 0u;
@@ -30,16 +30,16 @@ layout(push_constant) uniform Push { uint layer; };
 
 #include "shared/anchor.glsl"
 
-uint instance, cluster, masked;
+uint instance, cluster, kind;
 
 uint item_count() { return counters.items[layer]; }
 bool enter(Node node) { return (node.marks & (MARK_DRAWN << layer)) != 0u; }
 bool visit(uint index, Node node) {
     uint page = node.page - 1u;
     if (node.page != 0u && (pages[page].draws >> layer & 1u) != 0u && pages[page].admitted != 0u) {
-        uint at = atomicAdd(pair_cursors[4u * page + 2u * layer + masked], 1u);
+        uint at = atomicAdd(pair_cursors[PAIR_KINDS * (2u * page + layer) + kind], 1u);
         vec3 anchor = page_anchor(lights[key_face(pages[page].key) / FACES], pages[page], instances[instance]);
-        pairs[masked * PAIR_CAPACITY + at] = Pair(2u * page + layer, instance, cluster, float[3](anchor.x, anchor.y, anchor.z));
+        pairs[kind * PAIR_CAPACITY + at] = Pair(2u * page + layer, instance, cluster, float[3](anchor.x, anchor.y, anchor.z));
     }
     return false;
 }
@@ -49,8 +49,12 @@ bool visit(uint index, Node node) {
 #include "shared/walk.glsl"
 
 void main() {
-    if (item_cluster(instance, cluster)) {
-        masked = (instances[instance].flags & ALPHA_TESTED) != 0u ? 1u : 0u;
+    if (!item_cluster(instance, cluster)) {
+        return;
+    }
+    kind = pair_kind(instances[instance]);
+    // cull_host lists the others
+    if (kind != PAIR_HOST) {
         walk(1u, cluster_box(instances[instance], clusters[cluster]));
     }
 }

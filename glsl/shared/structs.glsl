@@ -93,6 +93,7 @@ struct Counters {
     uint invalidated;   // pages whose content became wrong
     uint pairs_opaque;  // (cluster, page) pairs drawn
     uint pairs_masked;
+    uint pairs_host;    // of casters that the host draws
     uint pairs_asked;   // pairs before the budget
     uint indices;       // compacted indices written or refused
     uint triangles;     // triangles drawn into pages
@@ -136,13 +137,14 @@ struct Instance {
     uint material;
     uint mesh;
     uint revision;  // any change: moved, deformed, other alpha
-    uint flags;     // bits 0-1: POLICY_*, bit 2: alpha tested
+    uint flags;     // bits 0-1: POLICY_*, bit 2: alpha tested, bit 3: drawn by the host
 };
 
 const uint POLICY_STATIC = 1u;
 const uint POLICY_ALWAYS = 2u;
 const uint POLICY_NEVER = 3u;
 const uint ALPHA_TESTED = 4u;
+const uint HOST_DRAWN = 8u;
 
 struct Material {
     vec4 base_color;
@@ -162,6 +164,19 @@ struct Pair {
     uint cluster;
     float anchor[3];  // see anchor.glsl
 };
+
+const uint PAIR_OPAQUE = 0u;
+const uint PAIR_MASKED = 1u;
+const uint PAIR_HOST = 2u;
+const uint PAIR_KINDS = 3u;
+
+// Which list the pairs of an instance go to.
+uint pair_kind(Instance instance) {
+    if ((instance.flags & HOST_DRAWN) != 0u) {
+        return PAIR_HOST;
+    }
+    return (instance.flags & ALPHA_TESTED) != 0u ? PAIR_MASKED : PAIR_OPAQUE;
+}
 
 struct DrawCommand {
     uint index_count;

@@ -8,7 +8,7 @@ use super::light::{UmbrageLight, UmbrageLightId};
 use super::scene::{UmbrageFrameInput, UmbrageScene, UmbrageView, Views};
 use super::vulkan::*;
 use crate::{Counters, Engine, FrameId, LightId};
-use std::ffi::c_char;
+use std::ffi::{c_char, c_void};
 
 /// The lights and the views of one scene. One thread at a time may use an engine; any thread may be that one.
 pub struct UmbrageEngine(Guarded<Engine>);
@@ -184,23 +184,72 @@ pub unsafe extern "C" fn umbrage_record(
     input_count: usize,
     frame: *mut u64,
 ) -> UmbrageResult {
+    // SAFETY: the caller vouches for pointers and commands
+    guard(|| unsafe { record(engine, commands, (inputs, input_count), (None, std::ptr::null_mut()), frame) })
+}
+
+/// Records draws of the host's; user: what was given beside it.
+pub type UmbrageDraw = Option<unsafe extern "C" fn(commands: VkCommandBuffer, user: *mut c_void)>;
+
+/// As umbrage_record, for scenes with casters that the host draws (host_draws): draw is called once, before this returns,
+/// where their draws belong. It binds pipelines of the host's own with umbrage_casters in their layout and
+/// glsl/host/umbrage_caster.glsl in their vertex or tessellation evaluation shader, and records vkCmdDrawIndexedIndirect
+/// from host_draws, of one instance or of several that follow each other.
+///
+/// The commands lie inside of dynamic rendering into a D32_SFLOAT depth attachment of many layers, without colour, of one
+/// sample; viewport and scissor are set, for pipelines that have them as dynamic state. Depth is tested and written by
+/// GREATER_OR_EQUAL, without bias; both sides cast. A fragment shader may discard. A caster whose shape changes needs another
+/// revision or UMBRAGE_CAST_ALWAYS, as pages are kept: let wind or level of detail not depend on the camera.
+///
+/// # Safety
+/// As umbrage_record. draw calls no function of this engine, does not unwind, and leaves the command buffer inside of the same
+/// rendering; what it binds stays valid.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn umbrage_record_with(
+    engine: *mut UmbrageEngine,
+    commands: VkCommandBuffer,
+    inputs: *const UmbrageFrameInput,
+    input_count: usize,
+    draw: UmbrageDraw,
+    user: *mut c_void,
+    frame: *mut u64,
+) -> UmbrageResult {
     guard(|| {
-        present(commands, "commands")?;
-        // SAFETY: the caller vouches for the pointers
-        let (inputs, frame) = unsafe {
-            let frame = if frame.is_null() { None } else { Some(output(frame, "frame")?) };
-            (slice(inputs, input_count, "inputs")?, frame)
-        };
-        let inputs = inputs.iter().map(UmbrageFrameInput::read).collect::<Result<Vec<_>, _>>()?;
-        // SAFETY: the caller vouches for the pointer and for the commands
-        unsafe {
-            change(engine, |engine| {
-                let recorded = engine.record(commands, &inputs)?;
-                frame.map(|frame| frame.write(recorded.number()));
-                Ok(())
-            })
+        if draw.is_none() {
+            return Err(Failure::argument("draw is a null pointer"));
         }
+        // SAFETY: the caller vouches for pointers and commands
+        unsafe { record(engine, commands, (inputs, input_count), (draw, user), frame) }
     })
+}
+
+/// # Safety
+/// As [`umbrage_record_with`].
+unsafe fn record(
+    engine: *mut UmbrageEngine,
+    commands: VkCommandBuffer,
+    (inputs, input_count): (*const UmbrageFrameInput, usize),
+    (draw, user): (UmbrageDraw, *mut c_void),
+    frame: *mut u64,
+) -> Result<(), Failure> {
+    present(commands, "commands")?;
+    // SAFETY: the caller vouches for the pointers
+    let (inputs, frame) = unsafe {
+        let frame = if frame.is_null() { None } else { Some(output(frame, "frame")?) };
+        (slice(inputs, input_count, "inputs")?, frame)
+    };
+    let inputs = inputs.iter().map(UmbrageFrameInput::read).collect::<Result<Vec<_>, _>>()?;
+    // SAFETY: the caller vouches for the pointer and for the commands
+    unsafe {
+        change(engine, |engine| {
+            let recorded = match draw {
+                None => engine.record(commands, &inputs)?,
+                Some(draw) => engine.record_with(commands, &inputs, &mut |commands| draw(commands, user))?,
+            };
+            frame.map(|frame| frame.write(recorded.number()));
+            Ok(())
+        })
+    }
 }
 
 /// Makes the views anew, as many as there were, for other sizes or other images; pages and lights stay. After an error
@@ -320,6 +369,27 @@ pub unsafe extern "C" fn umbrage_lookup(
         let lookup = engine.lookup(known_view(engine, view)?);
         layout.write(lookup.layout);
         set.write(lookup.set);
+        Ok(())
+    })
+}
+
+/// What pipelines of the host bind to draw casters in umbrage_record_with: glsl/host/umbrage_caster.glsl. set: bound at
+/// the number that the shader calls UMBRAGE_CASTER_SET. UMBRAGE_ERROR_LIMIT where the scene has no host_draws.
+///
+/// # Safety
+/// engine: made and not destroyed.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn umbrage_casters(
+    engine: *const UmbrageEngine,
+    layout: *mut VkDescriptorSetLayout,
+    set: *mut VkDescriptorSet,
+) -> UmbrageResult {
+    guard(|| {
+        // SAFETY: the caller vouches for the pointers
+        let (engine, layout, set) = unsafe { (read(engine)?, output(layout, "layout")?, output(set, "set")?) };
+        let casters = engine.casters().ok_or_else(|| Failure::limit("host_draws", "none", "a buffer of draws"))?;
+        layout.write(casters.layout);
+        set.write(casters.set);
         Ok(())
     })
 }

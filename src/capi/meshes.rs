@@ -1,7 +1,7 @@
 //! Clusters of meshes, made on the CPU: what the scene's buffers hold.
 
 use super::guard::{Failure, UmbrageResult, guard};
-use super::input::{output, reference, slice};
+use super::input::{mutable, output, reference, slice};
 use crate::{Cluster, Instance, Material, MeshBounds, Meshes};
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -17,6 +17,9 @@ pub const UMBRAGE_CAST_ALWAYS: UmbrageCast = 2;
 pub const UMBRAGE_CAST_NEVER: UmbrageCast = 3;
 /// Bit of an instance's flags: its triangles are tested against alpha.
 pub const UMBRAGE_CAST_ALPHA_TESTED: UmbrageCast = 4;
+/// Bit of an instance's flags: the host draws it itself (host_draws). Its mesh is one cluster, of which only the bounds
+/// matter (umbrage_meshes_add_bounds).
+pub const UMBRAGE_CAST_HOST_DRAWN: UmbrageCast = 8;
 
 /// The triangles of one mesh.
 #[repr(C)]
@@ -84,7 +87,30 @@ pub unsafe extern "C" fn umbrage_meshes_create(
     })
 }
 
-/// Says where the data lie; valid until the meshes are destroyed.
+/// Adds a mesh that the host draws itself (UMBRAGE_CAST_HOST_DRAWN). low, high: corners of what it ever covers, displaced in
+/// whatever way, in mesh space, three floats each. mesh: where its number goes. What umbrage_meshes_data gave before is no longer valid.
+/// UMBRAGE_ERROR_LIMIT for corners that are not finite or not in this order.
+///
+/// # Safety
+/// meshes: made and not destroyed. low, high: three floats each.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn umbrage_meshes_add_bounds(
+    meshes: *mut UmbrageMeshes,
+    low: *const f32,
+    high: *const f32,
+    mesh: *mut u32,
+) -> UmbrageResult {
+    guard(|| {
+        // SAFETY: the caller vouches for the pointers
+        let (UmbrageMeshes(meshes), low, high, mesh) = unsafe {
+            (mutable(meshes, "meshes")?, slice(low, 3, "low")?, slice(high, 3, "high")?, output(mesh, "mesh")?)
+        };
+        mesh.write(meshes.add_bounds([low[0], low[1], low[2]], [high[0], high[1], high[2]])?);
+        Ok(())
+    })
+}
+
+/// Says where the data lie; valid until the meshes are changed or destroyed.
 ///
 /// # Safety
 /// meshes: made and not destroyed.

@@ -52,10 +52,16 @@ pub struct UmbrageScene {
     pub bounds_min: [f64; 3],
     /// Upper corner.
     pub bounds_max: [f64; 3],
+    /// For casters that the host draws with pipelines of its own (umbrage_record_with), else VK_NULL_HANDLE: a
+    /// VkDrawIndexedIndirectCommand for each instance, of storage and indirect usage. The host fills in indexCount,
+    /// firstIndex and vertexOffset of the instances that it draws (UMBRAGE_CAST_HOST_DRAWN), the engine, every frame, how
+    /// many pages each is drawn into (instanceCount) and where these are listed (firstInstance). Their meshes come last
+    /// (umbrage_meshes_add_bounds). Not with exact, whose rays would not see them.
+    pub host_draws: VkBuffer,
 }
 
 #[cfg(target_pointer_width = "64")]
-const _: () = assert!(size_of::<UmbrageScene>() == 8 + 10 * 8 + 6 * 4 + 6 * 8);
+const _: () = assert!(size_of::<UmbrageScene>() == 8 + 11 * 8 + 6 * 4 + 6 * 8);
 
 impl UmbrageScene {
     /// # Safety
@@ -82,6 +88,7 @@ impl UmbrageScene {
             alpha_tested: 0,
             bounds_min: [0.0; 3],
             bounds_max: [0.0; 3],
+            host_draws: null,
         };
         // SAFETY: the caller vouches for the pointer
         let scene = unsafe { sized(scene, empty, size_of::<Self>(), "the scene")? };
@@ -102,6 +109,7 @@ impl UmbrageScene {
             materials: present(scene.materials, "materials")?,
             texels: present(scene.texels, "texels")?,
             shapes: (!scene.shapes.is_null()).then_some(scene.shapes),
+            host_draws: (!scene.host_draws.is_null()).then_some(scene.host_draws),
             caster_count: scene.caster_count,
             alpha_tested: scene.alpha_tested != 0,
             bounds_min: scene.bounds_min,

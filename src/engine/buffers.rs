@@ -2,7 +2,7 @@
 
 use super::constants::FACES;
 use crate::gpu::structs::{
-    COMMAND_BYTES, Counters, Frame, ITEM_BYTES, LightRecord, Node, PAIR_BYTES, Page, RUN, Slot, Tracked,
+    COMMAND_BYTES, Counters, Frame, ITEM_BYTES, LightRecord, Node, PAIR_BYTES, PAIR_KINDS, Page, RUN, Slot, Tracked,
 };
 use crate::gpu::{Binding, Buffer, Gpu, Image, ImageSpec, Memory};
 use crate::host::SceneBuffers;
@@ -58,6 +58,8 @@ pub(crate) struct Buffers {
     pub(crate) items: [Buffer; 2],
     pub(crate) pair_counts: Buffer,
     pub(crate) pairs: Buffer,
+    /// Those of casters that the host draws, caster by caster.
+    pub(crate) host_pairs: Option<Buffer>,
     pub(crate) commands: Buffer,
     pub(crate) atlas: Image,
 }
@@ -109,8 +111,12 @@ impl Buffers {
             tracked: storage("tracked instances", size_of::<Tracked>() as u64 * instances, none)?,
             changed: storage("changed bounds", 2 * 32 * instances, none)?,
             items: [storage("cached runs", runs, none)?, storage("moving runs", runs, none)?],
-            pair_counts: storage("pair counts", 16 * pages, none)?,
+            pair_counts: storage("pair counts", 4 * 2 * PAIR_KINDS * pages, none)?,
             pairs: storage("pairs", PAIR_BYTES * pairs, none)?,
+            host_pairs: scene
+                .host_draws
+                .map(|_| storage("pairs of the host", pairs / 2 * PAIR_BYTES, none))
+                .transpose()?,
             commands: storage("draw commands", COMMAND_BYTES * pairs, U::INDIRECT_BUFFER)?,
             atlas: Image::new(
                 gpu,
@@ -151,7 +157,13 @@ impl Buffers {
                     + self.ranges.size,
             ),
             ("casters", self.tracked.size + self.changed.size + self.items[0].size + self.items[1].size),
-            ("draw_lists", self.pair_counts.size + self.pairs.size + self.commands.size),
+            (
+                "draw_lists",
+                self.pair_counts.size
+                    + self.pairs.size
+                    + self.host_pairs.as_ref().map_or(0, |pairs| pairs.size)
+                    + self.commands.size,
+            ),
             (
                 "other",
                 self.frames.iter().map(|frame| frame.size).sum::<u64>()

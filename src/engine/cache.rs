@@ -53,8 +53,9 @@ impl Cache {
                     changed,
                     Binding::Storage(&b.items[1]),
                     Binding::Storage(changes.unwrap_or(&b.nothing[0])),
+                    scene.host_draws.map_or(Binding::Storage(&b.nothing[0]), Binding::External),
                 ],
-                &[page[0], page[1], u32::from(changes.is_some())],
+                &[page[0], page[1], u32::from(changes.is_some()), u32::from(scene.host_draws.is_some())],
                 4,
             )?,
             invalidate: Compute::new(

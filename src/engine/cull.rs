@@ -1,6 +1,7 @@
 //! Which cluster is drawn into which page, and which of its triangles: instances against the pages that are drawn, then
-//! their clusters, then triangles.
-//! Reads: nodes, pages, instances, clusters. Writes: pairs page by page, draw commands, compacted indices, admission.
+//! their clusters, then triangles. Casters that the host draws itself: which pages they touch.
+//! Reads: nodes, pages, instances, clusters. Writes: pairs page by page, draw commands, compacted indices, admission;
+//! for the host's casters pairs caster by caster, and the host's draw commands.
 //! At capacity of pairs: the roots and the pages with the most pixels per cost are admitted, the rest is put off before
 //! anything is drawn into it. At capacity of indices: whole clusters are drawn.
 
@@ -32,6 +33,8 @@ pub(crate) struct Cull {
     admit: Compute,
     emit: [Compute; 2],
     triangles: Compute,
+    /// Where the host draws casters, for each layer.
+    host: Option<[Compute; 2]>,
     instance_count: u32,
     face_groups: u32,
     first_compacted: u32,
@@ -66,7 +69,20 @@ impl Cull {
             let constants = [walk[0], walk[1], walk[2], walk[3], config.pair_capacity];
             Compute::new(gpu, "cull_emit", spirv!("engine/cull_emit.comp"), &bindings, &constants, 4)
         };
+        let host = |layer: usize, list, draws| {
+            let bindings = [frame, counters, nodes, items[layer], instances, meshes, clusters, pages, list];
+            let bindings = [&bindings[..], &trees, &[draws]].concat();
+            Compute::new(gpu, "cull_host", spirv!("engine/cull_host.comp"), &bindings, &walk, 4)
+        };
+        let host = match (&b.host_pairs, scene.host_draws) {
+            (Some(list), Some(draws)) => {
+                let (list, draws) = (Binding::Storage(list), Binding::External(draws));
+                Some([host(0, list, draws)?, host(1, list, draws)?])
+            }
+            _ => None,
+        };
         Ok(Self {
+            host,
             faces: Compute::new(
                 gpu,
                 "cull_faces",
@@ -178,6 +194,9 @@ impl Cull {
     /// Writes the pairs.
     pub(crate) fn record_pairs(&self, cmd: vk::CommandBuffer, b: &Buffers) {
         self.record_layers(cmd, b, &self.emit);
+        if let Some(host) = &self.host {
+            self.record_layers(cmd, b, host);
+        }
     }
 
     /// Both layers touch different words.

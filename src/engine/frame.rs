@@ -47,8 +47,14 @@ impl Engine {
         }
     }
 
-    /// Records one frame. Commands do not depend on what the GPU finds.
-    pub(super) fn record_timeline(&self, cmd: vk::CommandBuffer, data: &FrameData, mut timer: Option<&mut Timer>) {
+    /// Records one frame. Commands do not depend on what the GPU finds. `draw`: records the casters that the host draws.
+    pub(super) fn record_timeline(
+        &self,
+        cmd: vk::CommandBuffer,
+        data: &FrameData,
+        draw: Option<&mut dyn FnMut(vk::CommandBuffer)>,
+        mut timer: Option<&mut Timer>,
+    ) {
         let constants = &data.constants[0];
         let sun = data.constants.iter().all(|c| c.lights[0] == 1 && c.sun.kind[0] == light_kind::DIRECTIONAL);
         let draws = self.steering.pages(constants.cache[0] & frame_flags::LIGHT_MOVED != 0);
@@ -197,7 +203,7 @@ impl Engine {
         } else {
             sync::image(device, cmd, &b.atlas, LookupRead, DepthAttachment);
         }
-        self.tiles.record(cmd, b);
+        self.tiles.record(cmd, b, draw);
         sync::image(device, cmd, &b.atlas, DepthAttachment, LookupRead);
         if self.tiles.record_ranges(cmd, b) {
             sync::barrier(device, cmd, &[(ComputeWrite, LookupRead)]);

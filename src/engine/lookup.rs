@@ -74,8 +74,15 @@ impl Lookup {
 
     /// What `glsl/host/umbrage.glsl` reads, for shaders of the host.
     pub(crate) fn host_set(gpu: &Arc<Gpu>, b: &Buffers, number: usize) -> Result<HostSet, Error> {
+        use vk::ShaderStageFlags as S;
         let [keys, entries, lights, ranges] = [&b.table_keys, &b.entries, &b.lights, &b.ranges].map(Binding::Storage);
-        HostSet::new(gpu, "host lookup", &[b.frame(number), keys, entries, Binding::Sampled(&b.atlas), lights, ranges])
+        let stages = S::VERTEX | S::FRAGMENT | S::COMPUTE;
+        HostSet::new(
+            gpu,
+            "host lookup",
+            stages,
+            &[b.frame(number), keys, entries, Binding::Sampled(&b.atlas), lights, ranges],
+        )
     }
 
     /// `sun`: the only light is directional, in slot 0.

@@ -70,10 +70,10 @@ pub struct Engine {
 
 /// A descriptor set for shaders of the host.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct LookupSet {
+pub struct ShaderSet {
     /// For the host's pipeline layouts.
     pub layout: vk::DescriptorSetLayout,
-    /// Bound at the number that the shader calls `UMBRAGE_SET`.
+    /// Bound at the number that the shader calls `UMBRAGE_SET` or `UMBRAGE_CASTER_SET`.
     pub set: vk::DescriptorSet,
 }
 
@@ -137,6 +137,10 @@ impl Engine {
                 given: config.pair_capacity.to_string(),
                 limit: format!("at least {least} for the scene's {casters} clusters"),
             });
+        }
+        if config.exact && scene.host_draws.is_some() {
+            let limit = "false with casters that the host draws, which rays do not see".into();
+            return Err(Error::Limit { field: "exact", given: "true".into(), limit });
         }
         let most = gpu.limits.max_draw_indirect_count;
         if config.pair_capacity > most {
@@ -224,15 +228,41 @@ impl Engine {
     /// [`Receivers`] says.
     ///
     /// # Errors
-    /// [`Error::Limit`] for another number of inputs than there are views, for images that a view does not have and for
-    /// cameras that [`FrameInput`] does not allow; then nothing was recorded.
+    /// [`Error::Limit`] for another number of inputs than there are views, for images that a view does not have, for
+    /// cameras that [`FrameInput`] does not allow, and where [`Engine::record_with`] is needed; then nothing was recorded.
     ///
     /// # Safety
     /// `cmd` must be recording outside of rendering, on a queue with graphics and compute; every recorded frame of an engine
     /// must run, once, in the order of recording and on one queue (else call [`Engine::forget`]). Any number of frames may
     /// be in flight. What the host changes in its buffers is ordered before the commands and after those of the frame before.
     pub unsafe fn record(&mut self, cmd: vk::CommandBuffer, inputs: &[FrameInput]) -> Result<FrameId, Error> {
-        self.record_timed(cmd, inputs, None)
+        self.record_timed(cmd, inputs, None, None)
+    }
+
+    /// As [`Engine::record`], for scenes with casters that the host draws ([`SceneBuffers::host_draws`]): `draw` is called once,
+    /// while the frame is recorded, where their draws belong. It binds pipelines of the host's own with
+    /// [`Engine::casters`] in their layout and `glsl/host/umbrage_caster.glsl` in their vertex or tessellation evaluation shader, and
+    /// records `vkCmdDrawIndexedIndirect` from [`SceneBuffers::host_draws`], of one instance or of several that follow each
+    /// other.
+    ///
+    /// The commands lie inside of dynamic rendering into a D32_SFLOAT depth attachment of many layers, without colour,
+    /// of one sample; viewport and scissor are set, for pipelines that have them as dynamic state. Depth is tested
+    /// and written by `GREATER_OR_EQUAL`, without bias; both sides cast. A fragment shader may discard. A caster whose shape changes
+    /// needs another revision or [`crate::CastPolicy::Always`], as pages are kept: let wind or level of detail not depend
+    /// on the camera. Each draw costs all triangles of the mesh once for each page that its bounds touch.
+    ///
+    /// # Errors
+    /// As [`Engine::record`].
+    ///
+    /// # Safety
+    /// As [`Engine::record`]; `draw` leaves the command buffer inside of the same rendering, and what it binds stays valid.
+    pub unsafe fn record_with(
+        &mut self,
+        cmd: vk::CommandBuffer,
+        inputs: &[FrameInput],
+        draw: &mut dyn FnMut(vk::CommandBuffer),
+    ) -> Result<FrameId, Error> {
+        self.record_timed(cmd, inputs, Some(draw), None)
     }
 
     /// Makes the views anew, as many as there were, for other sizes or other images; pages and lights stay. After an error
@@ -263,9 +293,14 @@ impl Engine {
         &mut self,
         cmd: vk::CommandBuffer,
         inputs: &[FrameInput],
+        draw: Option<&mut dyn FnMut(vk::CommandBuffer)>,
         timer: Option<&mut Timer>,
     ) -> Result<FrameId, Error> {
         self.check_views(inputs.len())?;
+        if self.scene.host_draws.is_some() && draw.is_none() {
+            let given = "given, and nothing draws them".into();
+            return Err(Error::Limit { field: "host_draws", given, limit: "none, or frames by record_with".into() });
+        }
         inputs.iter().zip(&self.views).try_for_each(|(input, view)| view.check_images(input.images))?;
         let first = self.history.frame == 0;
         let mut forget = 0;
@@ -291,7 +326,7 @@ impl Engine {
             self.finish(&mut data, next.flags);
             self.history = next;
             self.recorded += 1;
-            self.record_timeline(cmd, &data, timer);
+            self.record_timeline(cmd, &data, draw, timer);
         }
         self.data = data;
         filled.map(|()| FrameId(self.recorded))
@@ -370,9 +405,15 @@ impl Engine {
     ///
     /// # Panics
     /// When there is no such view.
-    pub fn lookup(&self, view: usize) -> LookupSet {
+    pub fn lookup(&self, view: usize) -> ShaderSet {
         let (layout, set) = self.views[view].host_set.handles();
-        LookupSet { layout, set }
+        ShaderSet { layout, set }
+    }
+
+    /// What pipelines of the host bind to draw casters in [`Engine::record_with`]: `glsl/host/umbrage_caster.glsl`; `None`
+    /// without [`SceneBuffers::host_draws`].
+    pub fn casters(&self) -> Option<ShaderSet> {
+        self.tiles.host_set().map(|(layout, set)| ShaderSet { layout, set })
     }
 
     /// The mask of a view, of its size: an array of R32_UINT images with [`Config::mask_bits`] for each light, in the order of slots from

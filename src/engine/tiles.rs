@@ -1,11 +1,11 @@
 //! Draws the casters of every page into its layer of the atlas: a clear of the pages that are drawn, then one indirect
-//! draw for opaque and one for alpha-tested casters. For large filters, the depth
-//! range of every layer drawn.
+//! draw for opaque and one for alpha-tested casters; between these what the host draws itself. For large filters, the
+//! depth range of every layer drawn.
 //! Reads: draw commands, pairs, pages. Writes: atlas, depth ranges. No capacity of its own.
 
 use super::buffers::{Buffers, arguments};
 use crate::gpu::structs::COMMAND_BYTES;
-use crate::gpu::{Binding, Compute, Gpu, Graphics, GraphicsState, Shaders, set_area, spirv};
+use crate::gpu::{Binding, Buffer, Compute, Gpu, Graphics, GraphicsState, HostSet, Shaders, set_area, spirv};
 use crate::host::SceneBuffers;
 use crate::{Config, Cull, Error};
 use ash::vk;
@@ -18,6 +18,8 @@ pub(crate) struct Tiles {
     masked: Graphics,
     /// Where the lookup asks for them.
     ranges: Option<Compute>,
+    /// Where the host draws casters.
+    host_set: Option<HostSet>,
     scene: SceneBuffers,
     cull: Cull,
     pair_capacity: u32,
@@ -77,6 +79,7 @@ impl Tiles {
                     Compute::new(gpu, "tiles_ranges", words, &bindings, &constants[..1], 0)
                 })
                 .transpose()?,
+            host_set: b.host_pairs.as_ref().map(|pairs| Self::host(gpu, b, pairs, scene)).transpose()?,
             scene: *scene,
             cull: config.cull,
             pair_capacity: config.pair_capacity,
@@ -84,7 +87,19 @@ impl Tiles {
         })
     }
 
-    pub(crate) fn record(&self, cmd: vk::CommandBuffer, b: &Buffers) {
+    /// What `glsl/host/umbrage_caster.glsl` reads, for shaders of the host.
+    fn host(gpu: &Arc<Gpu>, b: &Buffers, pairs: &Buffer, scene: &SceneBuffers) -> Result<HostSet, Error> {
+        let [lights, pages, pairs] = [&b.lights, &b.pages, pairs].map(Binding::Storage);
+        let bindings = [b.frame(0), lights, pages, pairs, Binding::External(scene.instances)];
+        HostSet::new(gpu, "host casters", vk::ShaderStageFlags::ALL_GRAPHICS, &bindings)
+    }
+
+    pub(crate) fn host_set(&self) -> Option<(vk::DescriptorSetLayout, vk::DescriptorSet)> {
+        self.host_set.as_ref().map(HostSet::handles)
+    }
+
+    /// `draw`: records the casters that the host draws.
+    pub(crate) fn record(&self, cmd: vk::CommandBuffer, b: &Buffers, draw: Option<&mut dyn FnMut(vk::CommandBuffer)>) {
         let device = &self.gpu.device;
         let attachment = vk::RenderingAttachmentInfo::default()
             .image_view(b.atlas.view)
@@ -100,6 +115,12 @@ impl Tiles {
             set_area(device, cmd, area);
             self.clear.bind(cmd);
             device.cmd_draw_indirect(cmd, b.arguments.raw, 4 * u64::from(arguments::CLEAR), 1, 0);
+            // before the engine's own: where a draw had its count in a buffer, lavapipe (22.3, 25.0) holds later indirect
+            // draws of the command buffer to that count
+            if let (Some(draw), Some(_)) = (draw, &self.host_set) {
+                draw(cmd);
+                set_area(device, cmd, area);
+            }
             device.cmd_bind_index_buffer(cmd, self.scene.indices, 0, vk::IndexType::UINT32);
             device.cmd_bind_vertex_buffers(cmd, 0, &self.scene.vertices(), &[0, 0]);
         }

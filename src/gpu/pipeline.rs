@@ -179,9 +179,13 @@ impl Drop for Layout {
 pub(crate) struct HostSet(Layout);
 
 impl HostSet {
-    pub(crate) fn new(gpu: &Arc<Gpu>, name: &'static str, bindings: &[Binding<'_>]) -> Result<Self, Error> {
-        use vk::ShaderStageFlags as S;
-        Ok(Self(Layout::new(gpu, name, S::VERTEX | S::FRAGMENT | S::COMPUTE, bindings, 0)?))
+    pub(crate) fn new(
+        gpu: &Arc<Gpu>,
+        name: &'static str,
+        stages: vk::ShaderStageFlags,
+        bindings: &[Binding<'_>],
+    ) -> Result<Self, Error> {
+        Ok(Self(Layout::new(gpu, name, stages, bindings, 0)?))
     }
 
     pub(crate) fn handles(&self) -> (vk::DescriptorSetLayout, vk::DescriptorSet) {

@@ -164,10 +164,12 @@ pub struct Counters {
     pub evicted: u32,
     /// Pages whose content became wrong.
     pub invalidated: u32,
-    /// (cluster, page) pairs drawn.
+    /// (cluster, page) pairs drawn by the engine.
     pub pairs_opaque: u32,
     /// The same of alpha-tested casters.
     pub pairs_masked: u32,
+    /// (caster, page) pairs that the host drew.
+    pub pairs_host: u32,
     /// Pairs before the budget.
     pub pairs_asked: u32,
     /// Compacted indices written, or refused for want of room.
@@ -212,6 +214,8 @@ pub struct MeshBounds {
 pub(crate) const ITEM_BYTES: u64 = 8;
 /// Clusters of a run.
 pub(crate) const RUN: u32 = 8;
+/// Lists of pairs: opaque, alpha tested, drawn by the host.
+pub(crate) const PAIR_KINDS: u64 = 3;
 /// Bytes of a `Pair` (target, instance, cluster, anchor).
 pub(crate) const PAIR_BYTES: u64 = 24;
 /// Bytes of a `VkDrawIndexedIndirectCommand`.

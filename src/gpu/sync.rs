@@ -16,7 +16,7 @@ pub(crate) enum Access {
     /// A storage image read or written by a compute shader.
     StorageImage,
     IndirectRead,
-    /// Read through a descriptor in a vertex or fragment shader.
+    /// Read through a descriptor in a shader of a graphics pipeline, be it the host's.
     GraphicsRead,
     /// The same there or in a compute shader: what a host may look up in its own shaders.
     LookupRead,
@@ -52,7 +52,7 @@ impl Access {
             }
             Access::IndirectRead => (S::DRAW_INDIRECT, A::INDIRECT_COMMAND_READ),
             Access::GraphicsRead => (
-                S::VERTEX_SHADER | S::FRAGMENT_SHADER,
+                S::PRE_RASTERIZATION_SHADERS | S::FRAGMENT_SHADER,
                 A::SHADER_STORAGE_READ | A::SHADER_SAMPLED_READ | A::UNIFORM_READ,
             ),
             Access::LookupRead => {

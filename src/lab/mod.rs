@@ -300,7 +300,7 @@ impl Lab {
     pub(crate) fn engine_frame(&self, engine: &mut Engine) -> Result<(FrameId, FrameTimes), LabError> {
         let input = [self.frame_input()];
         let mut recorded = Err(Error::Unsupported { what: "a frame that was not recorded".into() });
-        let times = self.frame(|cmd, timer| recorded = engine.record_timed(cmd, &input, Some(timer)))?;
+        let times = self.frame(|cmd, timer| recorded = engine.record_timed(cmd, &input, None, Some(timer)))?;
         Ok((recorded?, times))
     }
 

@@ -564,7 +564,7 @@ impl ViewsStage {
         })?;
         recorded?;
         let mut recorded = None;
-        lab.submit(|cmd| recorded = Some(self.engine.record_timed(cmd, &inputs, None)))?;
+        lab.submit(|cmd| recorded = Some(self.engine.record_timed(cmd, &inputs, None, None)))?;
         recorded.transpose()?;
         let mask = |view: &crate::engine::view::View| {
             Ok(bytemuck::pod_collect_to_vec(&lab.read_image(&view.buffers.mask, TransferRead, 4)?))
@@ -592,7 +592,7 @@ pub fn in_flight(lab: &Lab, engines: &mut [&mut EngineStage], cameras: &[Camera]
             // SAFETY: outside of rendering; the submission is waited for
             recorded = recorded.clone().and(unsafe { lab.prepass.record(cmd, &input, &lab.draws) });
             for (stage, frames) in engines.iter_mut().zip(&mut frames) {
-                match stage.engine.record_timed(cmd, &[input], None) {
+                match stage.engine.record_timed(cmd, &[input], None, None) {
                     Ok(frame) => frames.push(frame),
                     Err(error) => recorded = recorded.clone().and(Err(error)),
                 }

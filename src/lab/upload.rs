@@ -76,6 +76,7 @@ pub(crate) fn scene(
         meshes: raw(7),
         meshlets: raw(8),
         shapes: None,
+        host_draws: None,
         instance_count: scene.instances.len() as u32,
         caster_count: scene.meshes.iter().map(|m| m.instance_count * m.cluster_count).sum(),
         alpha_tested: scene.meshes.iter().any(|m| m.alpha_tested),

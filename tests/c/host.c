@@ -2,14 +2,15 @@
 // command buffer and compares the mask with the analytic shadow. Under validation; exit code 1 for any difference or
 // message.
 #include "analytic.h"
+#include "casters.h"
 #include "check.h"
 #include "device.h"
 #include "umbrage.h"
 
 enum { INDEX_ROOM = 1 << 16 };
 
-// The plane and the box, cut into clusters by Umbrage.
-static UmbrageScene make_scene(void) {
+// The plane and the box, cut into clusters by Umbrage; or the box drawn by the host.
+static UmbrageScene make_scene(int host_drawn) {
     const float reach = (float)PLANE_REACH;
     float positions[12][3] = {{-reach, 0, -reach}, {-reach, 0, reach}, {reach, 0, reach}, {reach, 0, -reach}};
     for (int i = 0; i < 8; i++) {
@@ -29,6 +30,10 @@ static UmbrageScene make_scene(void) {
     UmbrageMeshes *meshes = NULL;
     UmbrageMeshData data;
     CHECK(umbrage_meshes_create((const float(*)[3])positions, 12, triangles, 2, &meshes));
+    uint32_t box_mesh = 1;
+    const float low[3] = {-0.5f, -0.5f, -0.5f}, high[3] = {0.5f, 0.5f, 0.5f};
+    REFUSED(umbrage_meshes_add_bounds(meshes, high, low, &box_mesh), UMBRAGE_ERROR_LIMIT, "bounds is");
+    if (host_drawn) CHECK(umbrage_meshes_add_bounds(meshes, low, high, &box_mesh));
     CHECK(umbrage_meshes_data(meshes, &data));
 
     UmbrageInstance instances[2];
@@ -38,6 +43,9 @@ static UmbrageScene make_scene(void) {
         rows[1][i][3] = 0.5 * (BOX[0][i] + BOX[1][i]);
     }
     for (uint32_t i = 0; i < 2; i++) CHECK(umbrage_instance_init(&instances[i], (const double(*)[4])rows[i], i, 0));
+    instances[1].mesh = box_mesh;
+    if (host_drawn) instances[1].flags |= UMBRAGE_CAST_HOST_DRAWN;
+    const VkDrawIndexedIndirectCommand draws[2] = {{0}, {.indexCount = 36, .firstIndex = 6}};
     UmbrageMaterial material;
     CHECK(umbrage_material_init(&material));
     // in vertices of the host's, which have more before and after
@@ -64,6 +72,7 @@ static UmbrageScene make_scene(void) {
         .bounds_min = {-PLANE_REACH, -0.1, -PLANE_REACH},
         .bounds_max = {PLANE_REACH, 3.0, PLANE_REACH},
     };
+    if (host_drawn) scene.host_draws = buffer(draws, sizeof draws, 0, storage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT, NULL);
     CHECK(umbrage_meshes_caster_count(meshes, instances, 2, &scene.caster_count));
     umbrage_meshes_destroy(meshes);
     return scene;
@@ -113,6 +122,12 @@ static void refused_engines(const UmbrageDevice *host, const UmbrageConfig *conf
     if (engine) fail("create", "an engine that was refused");
 }
 
+// Counts how often it is called.
+static void draw_nothing(VkCommandBuffer given, void *user) {
+    if (given != commands) fail("draw", "other commands than were given");
+    ++*(uint64_t *)user;
+}
+
 // Lights, frames and views that there are not; the commands are recording.
 static void refused_calls(UmbrageEngine *engine, const UmbrageFrameInput *input, UmbrageLight light) {
     UmbrageFrameInput inputs[2] = {*input, *input};
@@ -135,6 +150,9 @@ static void refused_calls(UmbrageEngine *engine, const UmbrageFrameInput *input,
     REFUSED(umbrage_record(engine, VK_NULL_HANDLE, inputs, 1, &frame), UMBRAGE_ERROR_ARGUMENT, "commands is a null");
     inputs[0].images = 1;
     REFUSED(umbrage_record(engine, commands, inputs, 1, &frame), UMBRAGE_ERROR_LIMIT, "images of a view is 1");
+    REFUSED(umbrage_record_with(engine, commands, inputs, 1, NULL, NULL, &frame), UMBRAGE_ERROR_ARGUMENT, "draw is a null");
+    REFUSED(umbrage_record_with(engine, commands, inputs, 2, draw_nothing, &frame, &frame), UMBRAGE_ERROR_LIMIT, "views is 2");
+    REFUSED(umbrage_casters(engine, &layout, &set), UMBRAGE_ERROR_LIMIT, "host_draws is none");
     REFUSED(umbrage_counters(engine, 0, &counters, sizeof counters), UMBRAGE_ERROR_LIMIT, "frame is 0");
     REFUSED(umbrage_counters(engine, 1, &counters, sizeof counters), UMBRAGE_ERROR_LIMIT, "frame is 1");
     REFUSED(umbrage_mask(engine, 1, &image, &view), UMBRAGE_ERROR_LIMIT, "view is 1");
@@ -160,7 +178,7 @@ static void report(const UmbrageEngine *engine) {
 int main(void) {
     VkDebugUtilsMessengerEXT messenger = bring_up_instance();
     UmbrageDevice host = bring_up_device();
-    const UmbrageScene scene = make_scene();
+    const UmbrageScene scene = make_scene(0), shared = make_scene(1);
     const UmbrageFrameInput input = camera();
 
     static Hit hits[PIXELS];
@@ -259,6 +277,25 @@ int main(void) {
     CHECK(umbrage_lookup(engine, 0, &layout, &set));
     if (!layout || !set) fail("lookup", "no set");
 
+    // the box drawn by the host casts the same shadow
+    UmbrageEngine *beside = NULL;
+    CHECK(umbrage_engine_create(&host, &config, &shared, &own, 1, &beside));
+    CHECK(umbrage_add_light(beside, &sun, &id));
+    Casters casters = make_casters(beside, &shared, 1);
+    VkImage image;
+    VkImageView image_view;
+    CHECK(umbrage_mask(beside, 0, &image, &image_view));
+    begin();
+    REFUSED(umbrage_record(beside, commands, &input, 1, NULL), UMBRAGE_ERROR_LIMIT, "nothing draws them");
+    CHECK(umbrage_prepass_record(prepass, commands, &input, draws, 2));
+    CHECK(umbrage_record_with(beside, commands, &input, 1, draw_casters, &casters, NULL));
+    read_back(image, result);
+    submit();
+    compare("drawn by the host", hits, sun.direction, mask);
+    if (casters.calls != 1) fail("draw", "calls");
+
+    destroy_casters(&casters);
+    umbrage_engine_destroy(beside);
     umbrage_engine_destroy(engine);
     umbrage_prepass_destroy(prepass);
     vkDestroyImageView(device, images.depth.view, NULL);

@@ -8,7 +8,7 @@ use std::mem::transmute;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicI64, AtomicU64, Ordering::SeqCst};
 use umbrage::scene::builtin;
-use umbrage::{Config, Engine, Error, Filter, HostDevice, ImageUse, Receivers, RequestRoute};
+use umbrage::{CastPolicy, Config, Engine, Error, Filter, HostDevice, ImageUse, Receivers, RequestRoute};
 
 /// Calls so far, the one that fails, and how many objects are alive.
 static CALLS: AtomicU64 = AtomicU64::new(0);
@@ -138,9 +138,9 @@ unsafe extern "system" fn destroy_pipeline(_: vk::Device, handle: vk::Pipeline, 
 fn whatever_fails_while_an_engine_is_made_leaves_nothing() {
     let vulkan = example::Vulkan::new(false).unwrap();
     let scene = example::opaque(builtin());
-    let content = example::Content::new(&vulkan, &scene).unwrap();
-    let images = content.images(true);
-    let views = [Receivers { size: example::SIZE, images: &images, mask: ImageUse::SAMPLED }];
+    let bent = example::Bent { winds: &[0.0], policy: CastPolicy::Auto, tessellated: false };
+    // casters that the engine draws, and those that the host does
+    let contents = [None, Some(&bent)].map(|bent| example::Content::new(&vulkan, &scene, bent).unwrap());
     let own = &vulkan.host;
     // SAFETY: the handles are those of a living device
     let device = unsafe {
@@ -154,12 +154,14 @@ fn whatever_fails_while_an_engine_is_made_leaves_nothing() {
         Config { exact: true, samples: 4, ..base.clone() },
         Config { route: RequestRoute::Sort, filter: Filter::Pcf { taps: 4 }, gutter: 4, ..base },
     ];
-    for config in configs {
+    for (config, content) in configs.iter().zip(&contents) {
+        let images = content.images(true);
+        let views = [Receivers { size: example::SIZE, images: &images, mask: ImageUse::SAMPLED }];
         let make = |fails: u64| {
             CALLS.store(0, SeqCst);
             FAILS.store(fails, SeqCst);
             // SAFETY: the handles are alive; nothing is recorded
-            unsafe { Engine::new(&host, &config, &content.buffers, &views) }
+            unsafe { Engine::new(&host, config, &content.buffers, &views) }
         };
         let engine = make(u64::MAX).unwrap();
         let calls = CALLS.load(SeqCst);

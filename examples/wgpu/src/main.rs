@@ -81,6 +81,7 @@ fn render(scene: &Scene, camera: &Camera, sun: &Light) -> Result<(Vec<u32>, Vec<
         materials: storage(bytemuck::cast_slice(&scene.materials), U::empty())?,
         texels: storage(&[0; 16], U::empty())?,
         shapes: None,
+        host_draws: None,
         caster_count: meshes.caster_count(scene.instances.iter().map(|i| i.mesh)),
         alpha_tested: false,
         bounds_min: (scene.bounds_min - scene.origin).to_array(),
