@@ -1,6 +1,6 @@
 //! Everything that crosses the border between a host renderer and the engine, as plain handles.
 
-use crate::gpu::Image;
+use crate::gpu::{self, Image};
 use crate::{Camera, Error};
 use ash::vk;
 use glam::{DMat3, DMat4, DVec3, Vec2, Vec3};
@@ -197,14 +197,7 @@ impl HostImage {
 
     /// All aspects of the format.
     pub(crate) fn aspect(&self) -> vk::ImageAspectFlags {
-        use vk::Format as F;
-        match self.format {
-            F::D16_UNORM_S8_UINT | F::D24_UNORM_S8_UINT | F::D32_SFLOAT_S8_UINT => {
-                vk::ImageAspectFlags::DEPTH | vk::ImageAspectFlags::STENCIL
-            }
-            F::D16_UNORM | F::X8_D24_UNORM_PACK32 | F::D32_SFLOAT => vk::ImageAspectFlags::DEPTH,
-            _ => vk::ImageAspectFlags::COLOR,
-        }
+        gpu::aspects(self.format)
     }
 
     fn check(&self, field: &'static str, right: bool, formats: &str) -> Result<(), Error> {

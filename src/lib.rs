@@ -13,6 +13,11 @@
 //! vertices, an [`Instance`] for each placement and at least one [`Material`] into buffers of your own, and name these in
 //! [`SceneBuffers`]. Positions are relative to the scene's origin, which lies best in the middle of the casters.
 //!
+//! What the engine's draws cannot show (foliage in the wind, tessellation, displacement) the host draws with its own pipelines:
+//! flag such instances [`HOST_DRAWN`], give each a mesh of bounds ([`Meshes::add_bounds`]) and a draw command
+//! ([`SceneBuffers::host_draws`]), include `glsl/host/umbrage_caster.glsl` in the vertex shader, and record frames by
+//! [`Engine::record_with`]. The engine finds the pages of each and writes them into its command: one indirect draw a caster.
+//!
 //! **3. Receivers.** [`ReceiverImages`] names the depth image that your camera pass leaves, in any format, layout and
 //! projection, and geometric normals if you have them. A [`Receivers`] is one view; several views (split screen, mirrors,
 //! stereo) share pages.
@@ -63,7 +68,8 @@
 //! # }
 //! ```
 //!
-//! `examples/host.rs` is a whole renderer around it, `examples/wgpu` one that draws with wgpu.
+//! `examples/host.rs` is a whole renderer around it, which can draw its casters itself; `examples/wgpu` is one that draws with
+//! wgpu.
 //!
 //! # Features
 //!

@@ -74,7 +74,7 @@ fn modules_are_up_to_date() {
     }
     let listed: BTreeSet<_> = manifest.modules.keys().cloned().collect();
     let present: BTreeSet<_> = files("spirv").into_iter().filter(|f| f != "spirv/MANIFEST").collect();
-    let compiled = |f: &String| [".comp", ".vert", ".frag"].iter().any(|end| f.ends_with(end));
+    let compiled = |f: &String| [".comp", ".vert", ".tesc", ".tese", ".frag"].iter().any(|end| f.ends_with(end));
     let wanted = files("glsl").into_iter().filter(compiled).map(|f| f.replacen("glsl/", "spirv/", 1) + ".spv");
     let wanted: BTreeSet<_> = wanted.collect();
     wrong.extend(listed.symmetric_difference(&wanted).map(|f| format!("{f} is in one of MANIFEST and glsl/ only")));

@@ -135,12 +135,14 @@ impl Vulkan {
         }
     }
 
+    /// A buffer with these bytes.
     pub fn buffer(&self, bytes: &[u8], usage: vk::BufferUsageFlags) -> Result<vk::Buffer> {
         let (buffer, to) = self.host_visible(bytes.len() as u64, usage)?;
         unsafe { std::ptr::copy_nonoverlapping(bytes.as_ptr(), to, bytes.len()) };
         Ok(buffer)
     }
 
+    /// An image as large as the picture.
     pub fn image(&self, format: vk::Format, usage: vk::ImageUsageFlags) -> Result<Image> {
         unsafe {
             let device = &self.host.device;
@@ -279,6 +281,7 @@ impl Vulkan {
         }
     }
 
+    /// Shades by the mask.
     pub fn shade_pipeline(&self, color: vk::ImageView, mask: vk::ImageView, pixels: vk::Buffer) -> Result<Pipeline> {
         unsafe {
             let device = &self.host.device;
@@ -470,6 +473,7 @@ impl Vulkan {
         }
     }
 
+    /// Fills the command buffer, runs it and waits.
     pub fn submit(&self, record: impl FnOnce(vk::CommandBuffer)) -> Result<()> {
         self.record(record)?;
         unsafe {
@@ -492,9 +496,13 @@ const TESTED: Use = {
 
 /// What both passes over the scene draw.
 pub struct Geometry<'a> {
+    /// As Umbrage has it.
     pub buffers: &'a SceneBuffers,
+    /// Meshes and instances.
     pub scene: &'a Scene,
+    /// Where it is seen from.
     pub input: &'a FrameInput,
+    /// How much everything is bent.
     pub wind: f32,
 }
 

@@ -9,7 +9,7 @@ pub(crate) mod sync;
 mod timer;
 
 pub(crate) use pipeline::{Binding, Compute, Graphics, GraphicsState, HostSet, Shaders, set_area};
-pub(crate) use resources::{Buffer, Image, ImageSpec, Memory};
+pub(crate) use resources::{Buffer, Image, ImageSpec, Memory, aspects};
 pub(crate) use structure::{Structure, instances};
 pub(crate) use timer::Timer;
 

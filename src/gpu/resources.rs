@@ -98,6 +98,18 @@ impl Drop for Buffer {
     }
 }
 
+/// All aspects of a format.
+pub(crate) fn aspects(format: vk::Format) -> vk::ImageAspectFlags {
+    use vk::Format as F;
+    match format {
+        F::D16_UNORM_S8_UINT | F::D24_UNORM_S8_UINT | F::D32_SFLOAT_S8_UINT => {
+            vk::ImageAspectFlags::DEPTH | vk::ImageAspectFlags::STENCIL
+        }
+        F::D16_UNORM | F::X8_D24_UNORM_PACK32 | F::D32_SFLOAT => vk::ImageAspectFlags::DEPTH,
+        _ => vk::ImageAspectFlags::COLOR,
+    }
+}
+
 /// What an image looks like.
 pub(crate) struct ImageSpec {
     pub(crate) format: vk::Format,
@@ -112,7 +124,7 @@ pub(crate) struct ImageSpec {
 pub(crate) struct Image {
     pub(crate) raw: vk::Image,
     pub(crate) view: vk::ImageView,
-    pub(crate) aspect: vk::ImageAspectFlags,
+    aspects: vk::ImageAspectFlags,
     pub(crate) extent: vk::Extent2D,
     pub(crate) layers: u32,
     pub(crate) bytes: u64,
@@ -122,8 +134,6 @@ pub(crate) struct Image {
 
 impl Image {
     pub(crate) fn new(gpu: &Arc<Gpu>, name: &str, spec: &ImageSpec) -> Result<Self, Error> {
-        let depth = spec.format == vk::Format::D32_SFLOAT;
-        let aspect = if depth { vk::ImageAspectFlags::DEPTH } else { vk::ImageAspectFlags::COLOR };
         let layers = spec.layers.max(1);
         let info = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
@@ -142,7 +152,7 @@ impl Image {
         let mut image = Self {
             raw,
             view: vk::ImageView::null(),
-            aspect,
+            aspects: aspects(spec.format),
             extent: vk::Extent2D { width: spec.width, height: spec.height },
             layers,
             bytes: requirements.size,
@@ -159,16 +169,21 @@ impl Image {
             .image(raw)
             .view_type(kind)
             .format(spec.format)
-            .subresource_range(image.range());
+            .subresource_range(vk::ImageSubresourceRange { aspect_mask: image.aspect(), ..image.range() });
         // SAFETY: the image is bound and the range covers it
         image.view = unsafe { gpu.device.create_image_view(&view, None) }.context("vkCreateImageView")?;
         gpu.name(image.view, name);
         Ok(image)
     }
 
+    /// What is sampled and copied: without stencil.
+    pub(crate) fn aspect(&self) -> vk::ImageAspectFlags {
+        self.aspects & !vk::ImageAspectFlags::STENCIL
+    }
+
     pub(crate) fn range(&self) -> vk::ImageSubresourceRange {
         vk::ImageSubresourceRange {
-            aspect_mask: self.aspect,
+            aspect_mask: self.aspects,
             base_mip_level: 0,
             level_count: 1,
             base_array_layer: 0,

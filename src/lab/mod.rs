@@ -1,6 +1,8 @@
 //! The bench on which methods are compared: one device, one scene, one view, one depth prepass for all of them.
 
 pub(crate) mod device;
+#[doc(hidden)]
+pub mod foreign;
 mod motion;
 mod shapes;
 #[doc(hidden)]
@@ -317,7 +319,7 @@ impl Lab {
             }
             let region = [vk::BufferImageCopy::default()
                 .image_subresource(vk::ImageSubresourceLayers {
-                    aspect_mask: image.aspect,
+                    aspect_mask: image.aspect(),
                     mip_level: 0,
                     base_array_layer: 0,
                     layer_count: image.layers,

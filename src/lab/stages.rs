@@ -51,14 +51,18 @@ fn staging(lab: &Lab, bytes: &[u8]) -> Result<Buffer> {
 }
 
 /// Fills an image and leaves it readable by compute shaders.
-fn write_image<T: Pod>(lab: &Lab, image: &Image, data: &[T]) -> Result<()> {
+pub(super) fn write_image<T: Pod>(lab: &Lab, image: &Image, data: &[T]) -> Result<()> {
     let staging = staging(lab, bytemuck::cast_slice(data))?;
     lab.submit(|cmd| {
         let device = &lab.gpu.device;
         sync::barrier(device, cmd, &[(HostWrite, TransferRead)]);
         sync::image(device, cmd, image, Nothing, TransferWrite);
-        let layers =
-            vk::ImageSubresourceLayers { aspect_mask: image.aspect, mip_level: 0, base_array_layer: 0, layer_count: 1 };
+        let layers = vk::ImageSubresourceLayers {
+            aspect_mask: image.aspect(),
+            mip_level: 0,
+            base_array_layer: 0,
+            layer_count: 1,
+        };
         let extent = vk::Extent3D { width: image.extent.width, height: image.extent.height, depth: 1 };
         let region = [vk::BufferImageCopy::default().image_subresource(layers).image_extent(extent)];
         // SAFETY: callers pass as many texels as the image has

@@ -213,7 +213,7 @@ impl Canvas {
                     let region = [vk::BufferImageCopy::default()
                         .buffer_offset(offset)
                         .image_subresource(vk::ImageSubresourceLayers {
-                            aspect_mask: image.aspect,
+                            aspect_mask: image.aspect(),
                             mip_level: 0,
                             base_array_layer: 0,
                             layer_count: image.layers,

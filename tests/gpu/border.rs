@@ -6,6 +6,7 @@ use crate::scenes;
 use ash::vk;
 use umbrage::lab::LabError;
 use umbrage::lab::stages::{EngineStage, ViewsStage, in_flight, seeing};
+use umbrage::truth::compare;
 use umbrage::{Camera, Config, Error, Light, ReceiverImages};
 
 const SIZE: [u32; 2] = [192, 108];
@@ -111,4 +112,46 @@ fn images_that_the_engine_cannot_read_are_refused() {
         }
     }
     assert!(seeing(&lab, &config, |i| i.normal = None).is_ok());
+}
+
+/// Depth of any format and direction gives the shadows that the lab's own gives, as far as its precision goes.
+#[test]
+fn depth_of_every_format_and_direction() {
+    let (scene, view) = scenes::sphere_on_plane(SIZE);
+    let lab = Bench::new(scene, view);
+    let reference = lab.reference(0, &|_| {}).unwrap();
+    let camera = lab.view().camera;
+    let own = camera.clip_from_view(f64::from(SIZE[0]) / f64::from(SIZE[1]));
+    // the same image, other depth: `near` and `far` are where it is 0 and 1
+    let between = |near: f64, far: f64| {
+        let mut clip = own;
+        (clip.z_axis.z, clip.w_axis.z) = (far / (near - far), near * far / (near - far));
+        clip
+    };
+    let infinite = {
+        let mut clip = own;
+        (clip.z_axis.z, clip.w_axis.z) = (0.0, camera.near);
+        clip
+    };
+    use vk::Format as F;
+    let cases = [
+        ("as the lab's", F::D32_SFLOAT, own, 0.0),
+        ("with stencil", F::D32_SFLOAT_S8_UINT, own, 0.0),
+        ("to infinity", F::D32_SFLOAT, infinite, 0.02),
+        ("nearer is less", F::D32_SFLOAT, between(0.5, 100.0), 0.02),
+        ("24 bits, nearer is less", F::X8_D24_UNORM_PACK32, between(0.5, 100.0), 0.02),
+        ("24 bits, reversed, with stencil", F::D24_UNORM_S8_UINT, between(100.0, 0.5), 0.02),
+        ("16 bits, nearer is less", F::D16_UNORM, between(2.0, 20.0), 0.2),
+        ("16 bits, reversed", F::D16_UNORM, between(20.0, 2.0), 0.2),
+    ];
+    let config = Config { exact: true, ..Config::new(SIZE) };
+    let first = umbrage::lab::foreign::visibility(&lab, &config, F::D32_SFLOAT, own).unwrap();
+    for (case, format, clip, most) in cases {
+        let got = umbrage::lab::foreign::visibility(&lab, &config, format, clip).unwrap();
+        let error = compare(&got, &reference).unwrap();
+        let apart = got.iter().zip(&first).filter(|(a, b)| a != b).count();
+        println!("{case}: {apart} pixels differ, mismatch {} %, off_edge {} %", error.mismatch, error.off_edge);
+        assert!(100.0 * apart as f64 <= most * got.len() as f64, "{case}: {apart} pixels differ");
+    }
+    assert!(first.contains(&0.0) && first.contains(&1.0));
 }
