@@ -22,7 +22,7 @@ type Result<T> = std::result::Result<T, Box<dyn Error>>;
 /// Width and height of the picture.
 pub const SIZE: [u32; 2] = [640, 360];
 /// Where positions lie in the vertices.
-const POSITIONS: PositionLayout = PositionLayout { stride: 20, offset: 8 };
+const POSITIONS: PositionLayout = PositionLayout { stride: 20, offset: 8, ..PositionLayout::PACKED };
 /// Room behind the indices for those that Umbrage compacts, `Config::index_capacity`.
 const INDEX_ROOM: u32 = 1 << 20;
 

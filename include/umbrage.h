@@ -152,12 +152,15 @@ typedef struct UmbrageDevice {
     VkBool32 ray_query;
 } UmbrageDevice;
 
+// How a position is stored.
+typedef uint32_t UmbragePositionFormat;
+
 // What the engine draws: buffers that the host fills, keeps alive, and changes only between frames, ordered before the
 // engine's commands. All need storage usage; positions and attributes also vertex usage, indices also index usage.
 typedef struct UmbrageScene {
     // sizeof(UmbrageScene).
     size_t struct_size;
-    // Vertices with positions in mesh space, three floats each; position_stride and position_offset say where.
+    // Vertices with positions in mesh space, as position_format, position_stride and position_offset say.
     VkBuffer positions;
     // UmbrageAttributes, one a vertex. VK_NULL_HANDLE where nothing is alpha tested.
     VkBuffer attributes;
@@ -178,10 +181,12 @@ typedef struct UmbrageScene {
     // For ray queries, else VK_NULL_HANDLE: the device address (64 bits) of a bottom-level acceleration structure for
     // each mesh, over its triangles in the order of its indices, in one geometry.
     VkBuffer shapes;
-    // Bytes from a vertex to the next: a multiple of 4 from 12 to 2048; 0 stands for 12.
+    // Bytes from a vertex to the next: a multiple of 4 up to 2048 that holds a position; 0 stands for 12.
     uint32_t position_stride;
     // Bytes from the beginning of a vertex to its position: a multiple of 4, so that the position ends within the vertex.
     uint32_t position_offset;
+    // How each position is stored.
+    UmbragePositionFormat position_format;
     // Number of indices before the room.
     uint32_t index_count;
     // Number of instances. Room for more is kept by instances of policy never.
@@ -190,6 +195,8 @@ typedef struct UmbrageScene {
     uint32_t caster_count;
     // Whether any instance is alpha tested.
     VkBool32 alpha_tested;
+    // Zero.
+    uint32_t reserved;
     // Lower corner of the casters' bounds at all times, relative to the scene's origin, which lies best in their
     // middle.
     double bounds_min[3];
@@ -593,6 +600,16 @@ typedef struct UmbrageAttributes {
 // Bit of an instance's flags: the host draws it itself (host_draws). Its mesh is one cluster, of which only the bounds
 // matter (umbrage_meshes_add_bounds).
 #define UMBRAGE_CAST_HOST_DRAWN 8
+
+// VK_FORMAT_R32G32B32_SFLOAT, 12 bytes.
+#define UMBRAGE_POSITION_FLOAT32 0
+
+// VK_FORMAT_R16G16B16A16_SFLOAT, 8 bytes; the last component is not read.
+#define UMBRAGE_POSITION_FLOAT16 1
+
+// VK_FORMAT_R16G16B16A16_SNORM, 8 bytes; the last component is not read. Meshes quantised to -1..1, which the matrices
+// of their instances scale.
+#define UMBRAGE_POSITION_SNORM16 2
 
 #ifdef __cplusplus
 extern "C" {

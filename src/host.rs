@@ -5,28 +5,60 @@ use crate::{Camera, Error};
 use ash::vk;
 use glam::{DMat3, DMat4, DVec3, Vec2, Vec3};
 
-/// Where positions lie in a buffer of vertices: three 32-bit floats each.
+/// How a position is stored.
+#[repr(u32)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum PositionFormat {
+    /// `R32G32B32_SFLOAT`, 12 bytes.
+    #[default]
+    Float32 = 0,
+    /// `R16G16B16A16_SFLOAT`, 8 bytes; the last component is not read.
+    Float16 = 1,
+    /// `R16G16B16A16_SNORM`, 8 bytes; the last component is not read. Meshes quantised to -1..1, which the matrices of their
+    /// instances scale (as glTF's `KHR_mesh_quantization`).
+    Snorm16 = 2,
+}
+
+impl PositionFormat {
+    fn bytes(self) -> u32 {
+        if self == Self::Float32 { 12 } else { 8 }
+    }
+
+    pub(crate) fn vulkan(self) -> vk::Format {
+        match self {
+            Self::Float32 => vk::Format::R32G32B32_SFLOAT,
+            Self::Float16 => vk::Format::R16G16B16A16_SFLOAT,
+            Self::Snorm16 => vk::Format::R16G16B16A16_SNORM,
+        }
+    }
+}
+
+/// Where positions lie in a buffer of vertices, and how.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PositionLayout {
-    /// Bytes from a vertex to the next: a multiple of 4 from 12 to 2048.
+    /// How each is stored.
+    pub format: PositionFormat,
+    /// Bytes from a vertex to the next: a multiple of 4 up to 2048 that holds a position.
     pub stride: u32,
     /// Bytes from the beginning of a vertex to its position: a multiple of 4, so that the position ends within the vertex.
     pub offset: u32,
 }
 
 impl PositionLayout {
-    /// Positions and nothing else.
-    pub const PACKED: Self = Self { stride: 12, offset: 0 };
+    /// Positions of three floats and nothing else.
+    pub const PACKED: Self = Self { format: PositionFormat::Float32, stride: 12, offset: 0 };
 
-    /// Stride and offset in words of four bytes.
-    pub(crate) fn words(self) -> [u32; 2] {
-        [self.stride / 4, self.offset / 4]
+    /// The constants POSITION_STRIDE, POSITION_OFFSET and POSITION_FORMAT of the shaders.
+    pub(crate) fn words(self) -> [u32; 3] {
+        [self.stride / 4, self.offset / 4, self.format as u32]
     }
 
     fn check(self) -> Result<(), Error> {
-        let Self { stride, offset } = self;
-        let right = (12..=2048).contains(&stride) && offset <= stride - 12 && stride % 4 == 0 && offset % 4 == 0;
-        let limit = "a stride of 12 to 2048 that holds 12 bytes from the offset, both multiples of 4".into();
+        let Self { format, stride, offset } = self;
+        let bytes = format.bytes();
+        let right = (bytes..=2048).contains(&stride) && offset <= stride - bytes && stride % 4 == 0 && offset % 4 == 0;
+        let limit =
+            format!("a stride of {bytes} to 2048 that holds {bytes} bytes from the offset, both multiples of 4");
         let given = format!("a stride of {stride} and an offset of {offset}");
         if right { Ok(()) } else { Err(Error::Limit { field: "position_layout", given, limit }) }
     }

@@ -129,6 +129,7 @@ pub use error::Error;
 pub use gpu::structs::Counters;
 pub use gpu::{HostDevice, RayQueryRequirements, Requirements, missing_features, requirements};
 pub use host::{
-    FrameInput, HostImage, ImageUse, PositionLayout, ReceiverImages, Receivers, SceneBuffers, encode_normal,
+    FrameInput, HostImage, ImageUse, PositionFormat, PositionLayout, ReceiverImages, Receivers, SceneBuffers,
+    encode_normal,
 };
 pub use light::Light;

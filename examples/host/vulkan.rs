@@ -442,7 +442,8 @@ impl Vulkan {
         }
     }
 
-    fn to_host(&self, cmd: vk::CommandBuffer, stage: S, access: A) {
+    /// What these accesses wrote is read by the CPU.
+    pub fn to_host(&self, cmd: vk::CommandBuffer, stage: S, access: A) {
         let barrier = vk::MemoryBarrier2::default().src_stage_mask(stage).src_access_mask(access);
         let barrier = [barrier.dst_stage_mask(S::HOST).dst_access_mask(A::HOST_READ)];
         let info = vk::DependencyInfo::default().memory_barriers(&barrier);

@@ -8,10 +8,11 @@
 layout(local_size_x = 128) in;
 layout(constant_id = 11) const uint POSITION_STRIDE = 3u;
 layout(constant_id = 12) const uint POSITION_OFFSET = 0u;
+layout(constant_id = 13) const uint POSITION_FORMAT = 0u;
 layout(std430, binding = 0) readonly buffer List { uint list[]; };
 layout(std430, binding = 1) readonly buffer Clusters { Cluster clusters[]; };
 layout(std430, binding = 2) readonly buffer Indices { uint indices[]; };
-layout(std430, binding = 3) readonly buffer Positions { float positions[]; };
+layout(std430, binding = 3) readonly buffer Positions { uint positions[]; };
 layout(std430, binding = 4) writeonly buffer Tree { uvec4 tree[]; };
 
 shared uint keys[128];        // by place

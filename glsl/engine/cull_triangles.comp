@@ -14,13 +14,14 @@ layout(constant_id = 2) const uint PAIR_CAPACITY = 1024u;
 layout(constant_id = 3) const uint INDEX_CAPACITY = 1024u;
 layout(constant_id = 5) const uint POSITION_STRIDE = 3u;
 layout(constant_id = 6) const uint POSITION_OFFSET = 0u;
+layout(constant_id = 7) const uint POSITION_FORMAT = 0u;
 layout(std140, binding = 0) uniform FrameBlock { Frame frame; };
 layout(std430, binding = 1) buffer CountersBlock { Counters counters; };
 layout(std430, binding = 2) readonly buffer Pages { Page pages[]; };
 layout(std430, binding = 3) readonly buffer Pairs { Pair pairs[]; };
 layout(std430, binding = 4) readonly buffer Clusters { Cluster clusters[]; };
 layout(std430, binding = 5) readonly buffer Instances { Instance instances[]; };
-layout(std430, binding = 6) readonly buffer Positions { float positions[]; };
+layout(std430, binding = 6) readonly buffer Positions { uint positions[]; };
 layout(std430, binding = 7) writeonly buffer Indices { uint indices[]; };  // the scene's, then room for compacted ones
 layout(std430, binding = 8) writeonly buffer Commands { DrawCommand commands[]; };
 layout(std430, binding = 9) readonly buffer Meshlets { uint meshlets[]; };  // see src/casters.rs

@@ -1,9 +1,10 @@
 // Points where rays meet casters. The includer defines RAY_BINDING, after which come five bindings, and RAY_CONSTANT, the first
-// of two constants, and includes shared/structs.glsl and shared/split.glsl.
+// of three constants, and includes shared/structs.glsl and shared/split.glsl.
 layout(constant_id = RAY_CONSTANT) const uint POSITION_STRIDE = 3u;
 layout(constant_id = RAY_CONSTANT + 1) const uint POSITION_OFFSET = 0u;
+layout(constant_id = RAY_CONSTANT + 2) const uint POSITION_FORMAT = 0u;
 layout(std430, binding = RAY_BINDING + 1) readonly buffer Instances { Instance instances[]; };
-layout(std430, binding = RAY_BINDING + 2) readonly buffer Positions { float positions[]; };
+layout(std430, binding = RAY_BINDING + 2) readonly buffer Positions { uint positions[]; };
 layout(std430, binding = RAY_BINDING + 3) readonly buffer Attributes { uint attributes[]; };
 layout(std430, binding = RAY_BINDING + 4) readonly buffer Materials { Material materials[]; };
 layout(std430, binding = RAY_BINDING + 5) readonly buffer Texels { uint texels[]; };

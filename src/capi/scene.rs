@@ -3,9 +3,28 @@
 use super::guard::Failure;
 use super::input::{present, sized, slice, zero};
 use super::vulkan::*;
-use crate::{FrameInput, HostImage, ImageUse, PositionLayout, ReceiverImages, Receivers, SceneBuffers};
+use crate::{FrameInput, HostImage, ImageUse, PositionFormat, PositionLayout, ReceiverImages, Receivers, SceneBuffers};
 use ash::vk::Handle;
 use glam::{DMat3, DMat4, DVec3};
+
+/// How a position is stored.
+pub type UmbragePositionFormat = u32;
+/// VK_FORMAT_R32G32B32_SFLOAT, 12 bytes.
+pub const UMBRAGE_POSITION_FLOAT32: UmbragePositionFormat = 0;
+/// VK_FORMAT_R16G16B16A16_SFLOAT, 8 bytes; the last component is not read.
+pub const UMBRAGE_POSITION_FLOAT16: UmbragePositionFormat = 1;
+/// VK_FORMAT_R16G16B16A16_SNORM, 8 bytes; the last component is not read. Meshes quantised to -1..1, which the matrices
+/// of their instances scale.
+pub const UMBRAGE_POSITION_SNORM16: UmbragePositionFormat = 2;
+
+fn position_format(format: UmbragePositionFormat) -> Result<PositionFormat, Failure> {
+    match format {
+        UMBRAGE_POSITION_FLOAT32 => Ok(PositionFormat::Float32),
+        UMBRAGE_POSITION_FLOAT16 => Ok(PositionFormat::Float16),
+        UMBRAGE_POSITION_SNORM16 => Ok(PositionFormat::Snorm16),
+        _ => Err(Failure::limit("position_format", format, "an UMBRAGE_POSITION constant, 0 to 2")),
+    }
+}
 
 /// What the engine draws: buffers that the host fills, keeps alive, and changes only between frames, ordered before the
 /// engine's commands. All need storage usage; positions and attributes also vertex usage, indices also index usage.
@@ -14,7 +33,7 @@ use glam::{DMat3, DMat4, DVec3};
 pub struct UmbrageScene {
     /// sizeof(UmbrageScene).
     pub struct_size: usize,
-    /// Vertices with positions in mesh space, three floats each; position_stride and position_offset say where.
+    /// Vertices with positions in mesh space, as position_format, position_stride and position_offset say.
     pub positions: VkBuffer,
     /// UmbrageAttributes, one a vertex. VK_NULL_HANDLE where nothing is alpha tested.
     pub attributes: VkBuffer,
@@ -35,10 +54,12 @@ pub struct UmbrageScene {
     /// For ray queries, else VK_NULL_HANDLE: the device address (64 bits) of a bottom-level acceleration structure for
     /// each mesh, over its triangles in the order of its indices, in one geometry.
     pub shapes: VkBuffer,
-    /// Bytes from a vertex to the next: a multiple of 4 from 12 to 2048; 0 stands for 12.
+    /// Bytes from a vertex to the next: a multiple of 4 up to 2048 that holds a position; 0 stands for 12.
     pub position_stride: u32,
     /// Bytes from the beginning of a vertex to its position: a multiple of 4, so that the position ends within the vertex.
     pub position_offset: u32,
+    /// How each position is stored.
+    pub position_format: UmbragePositionFormat,
     /// Number of indices before the room.
     pub index_count: u32,
     /// Number of instances. Room for more is kept by instances of policy never.
@@ -47,6 +68,8 @@ pub struct UmbrageScene {
     pub caster_count: u32,
     /// Whether any instance is alpha tested.
     pub alpha_tested: VkBool32,
+    /// Zero.
+    pub reserved: u32,
     /// Lower corner of the casters' bounds at all times, relative to the scene's origin, which lies best in their
     /// middle.
     pub bounds_min: [f64; 3],
@@ -61,7 +84,7 @@ pub struct UmbrageScene {
 }
 
 #[cfg(target_pointer_width = "64")]
-const _: () = assert!(size_of::<UmbrageScene>() == 8 + 11 * 8 + 6 * 4 + 6 * 8);
+const _: () = assert!(size_of::<UmbrageScene>() == 8 + 11 * 8 + 8 * 4 + 6 * 8);
 
 impl UmbrageScene {
     /// # Safety
@@ -82,19 +105,23 @@ impl UmbrageScene {
             shapes: null,
             position_stride: 0,
             position_offset: 0,
+            position_format: 0,
             index_count: 0,
             instance_count: 0,
             caster_count: 0,
             alpha_tested: 0,
+            reserved: 0,
             bounds_min: [0.0; 3],
             bounds_max: [0.0; 3],
             host_draws: null,
         };
         // SAFETY: the caller vouches for the pointer
         let scene = unsafe { sized(scene, empty, size_of::<Self>(), "the scene")? };
+        zero(scene.reserved)?;
         Ok(SceneBuffers {
             positions: present(scene.positions, "positions")?,
             position_layout: PositionLayout {
+                format: position_format(scene.position_format)?,
                 stride: if scene.position_stride == 0 { PositionLayout::PACKED.stride } else { scene.position_stride },
                 offset: scene.position_offset,
             },

@@ -175,8 +175,8 @@ impl Bvh {
 
     /// The constants that a shader with `glsl/shared/ray.glsl` begins with.
     pub(crate) fn ray_constants(&self, config: &Config) -> Vec<u32> {
-        let [stride, offset] = self.scene.position_layout.words();
-        [self.constants.as_slice(), &[config.cull as u32, u32::from(self.scene.alpha_tested), stride, offset]].concat()
+        let rule = [config.cull as u32, u32::from(self.scene.alpha_tested)];
+        [self.constants.as_slice(), &rule, &self.scene.position_layout.words()].concat()
     }
 
     /// The bindings of such a shader, from its `RAY_BINDING`.

@@ -44,7 +44,7 @@ pub(crate) struct Cull {
 impl Cull {
     pub(crate) fn new(gpu: &Arc<Gpu>, config: &Config, b: &Buffers, scene: &SceneBuffers) -> Result<Self, Error> {
         let faces = config.lights * FACES;
-        let [stride, offset] = scene.position_layout.words();
+        let position = scene.position_layout.words();
         let walk = [config.page_texels, config.gutter, config.table_size(), faces];
         let frame = b.frame(0);
         let (counters, nodes) = (Binding::Storage(&b.counters), Binding::Storage(&b.nodes));
@@ -146,7 +146,11 @@ impl Cull {
                     Binding::External(scene.meshlets),
                     lights,
                 ],
-                &[walk[0], walk[1], config.pair_capacity, config.index_capacity, config.cull_group, stride, offset],
+                &[
+                    [walk[0], walk[1], config.pair_capacity, config.index_capacity, config.cull_group].as_slice(),
+                    &position,
+                ]
+                .concat(),
                 size_of::<TrianglePush>(),
             )?,
             instance_count: scene.instance_count,

@@ -72,8 +72,8 @@ impl Exact {
                 trace("exact_trace", spirv!("engine/exact_trace.comp"), &bvh.ray_bindings(), &bvh.ray_constants(config))
             }
             (None, Some(query)) => {
-                let [stride, offset] = scene.position_layout.words();
-                let constants = [config.cull as u32, u32::from(scene.alpha_tested), stride, offset];
+                let position = scene.position_layout.words();
+                let constants = [[config.cull as u32, u32::from(scene.alpha_tested)].as_slice(), &position].concat();
                 trace("exact_query", spirv!("engine/exact_query.comp"), &query.bindings(scene), &constants)
             }
             (None, None) => Err(Error::Unsupported { what: "ray queries without structures of the meshes".into() }),

@@ -364,13 +364,13 @@ impl Graphics {
             format,
             offset,
         };
-        if let Some(PositionLayout { stride, offset }) = state.positions {
+        if let Some(PositionLayout { format, stride, offset }) = state.positions {
             vertex_bindings.push(vk::VertexInputBindingDescription {
                 binding: 0,
                 stride,
                 input_rate: vk::VertexInputRate::VERTEX,
             });
-            vertex_attributes.push(attribute(0, 0, vk::Format::R32G32B32_SFLOAT, offset));
+            vertex_attributes.push(attribute(0, 0, format.vulkan(), offset));
         }
         if state.attributes {
             vertex_bindings.push(vk::VertexInputBindingDescription {

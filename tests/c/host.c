@@ -104,6 +104,9 @@ static void refused_engines(const UmbrageDevice *host, const UmbrageConfig *conf
     empty.position_offset = 12;
     REFUSED(umbrage_engine_create(host, config, &empty, view, 1, &engine), UMBRAGE_ERROR_LIMIT, "position_layout");
     empty = *scene;
+    empty.position_format = 3;
+    REFUSED(umbrage_engine_create(host, config, &empty, view, 1, &engine), UMBRAGE_ERROR_LIMIT, "position_format is 3");
+    empty = *scene;
     empty.alpha_tested = VK_TRUE;
     REFUSED(umbrage_engine_create(host, config, &empty, view, 1, &engine), UMBRAGE_ERROR_LIMIT, "attributes");
     UmbrageView blind = *view;

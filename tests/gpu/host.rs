@@ -2,13 +2,15 @@
 
 use crate::bench::Bench;
 use ash::vk;
-use example::{Geometry, Pass};
+use example::{Content, Geometry, Pass};
 use std::sync::atomic::Ordering;
 use umbrage::lab::View;
 use umbrage::lab::stages::EngineStage;
 use umbrage::scene::{Scene, builtin};
 use umbrage::truth::compare;
-use umbrage::{CastPolicy, Config, Engine, FrameInput, ImageUse, Light, Meshes, Receivers, SceneBuffers};
+use umbrage::{
+    CastPolicy, Config, Engine, FrameInput, ImageUse, Light, Meshes, PositionLayout, Receivers, SceneBuffers,
+};
 
 #[path = "../../examples/host.rs"]
 pub mod example;
@@ -127,7 +129,7 @@ fn casters_of_the_host_must_be_drawn() {
     let vulkan = example::Vulkan::new(true).unwrap();
     let winds = [0.0];
     let bent = example::Bent { winds: &winds, policy: CastPolicy::Auto, tessellated: false };
-    let content = example::Content::new(&vulkan, &scene, Some(&bent)).unwrap();
+    let content = Content::new(&vulkan, &scene, Some(&bent)).unwrap();
     let images = content.images(true);
     let views = [Receivers { size: example::SIZE, images: &images, mask: ImageUse::SAMPLED }];
     let config = Config { index_capacity: 1 << 20, ..Config::new(example::SIZE) };
@@ -167,7 +169,7 @@ fn draws_of_the_host_are_counted() {
     let (camera, sun) = example::look(&scene);
     let vulkan = example::Vulkan::new(true).unwrap();
     let bent = example::Bent { winds: &[0.0], policy: CastPolicy::Auto, tessellated: false };
-    let content = example::Content::new(&vulkan, &scene, Some(&bent)).unwrap();
+    let content = Content::new(&vulkan, &scene, Some(&bent)).unwrap();
     let count = scene.instances.len();
     let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::INDIRECT_BUFFER;
     let (draws, at) = vulkan.host_visible(20 * count as u64, usage).unwrap();
@@ -200,4 +202,97 @@ fn draws_of_the_host_are_counted() {
         assert!(lists.windows(2).all(|two| two[0][1] == two[1][0]), "frame {frame}: lists beside each other");
         assert_eq!(lists.last().map_or(0, |list| list[1]), counters.pairs_host, "frame {frame}");
     }
+}
+
+/// Words of the mask of a second frame, with casters as `buffers` say and receivers as `content` does.
+fn mask_words(
+    vulkan: &example::Vulkan,
+    scene: &Scene,
+    content: &Content,
+    buffers: &SceneBuffers,
+    config: &Config,
+) -> Vec<u32> {
+    let (camera, sun) = example::look(scene);
+    let images = content.images(true);
+    let views = [Receivers { size: example::SIZE, images: &images, mask: ImageUse::COPIED }];
+    // SAFETY: the handles live to the end
+    let mut engine = unsafe { Engine::new(&vulkan.host, config, buffers, &views) }.unwrap();
+    engine.add_light(&sun).unwrap();
+    let input = FrameInput::new(&camera, example::SIZE, scene.origin);
+    let before = vulkan.draw_pipeline(Pass::Camera).unwrap();
+    let geometry = Geometry { buffers: &content.buffers, scene, input: &input, wind: 0.0 };
+    let [width, height] = example::SIZE;
+    let (to, at) = vulkan.host_visible(4 * u64::from(width * height), vk::BufferUsageFlags::TRANSFER_DST).unwrap();
+    let aspect_mask = vk::ImageAspectFlags::COLOR;
+    let layers = vk::ImageSubresourceLayers { aspect_mask, layer_count: 1, ..Default::default() };
+    let region = [vk::BufferImageCopy::default().image_subresource(layers).image_extent(vk::Extent3D {
+        width,
+        height,
+        depth: 1,
+    })];
+    for _ in 0..2 {
+        vulkan
+            .submit(|cmd| {
+                vulkan.draw(cmd, &before, [content.color, content.normal, content.depth], &geometry);
+                // SAFETY: recording; submitted, in order; the mask is left for copies
+                unsafe {
+                    engine.record(cmd, &[input]).unwrap();
+                    let (mask, layout) = (engine.mask(0).0, ImageUse::COPIED.layout);
+                    vulkan.host.device.cmd_copy_image_to_buffer(cmd, mask, layout, to, &region);
+                }
+                vulkan.to_host(cmd, vk::PipelineStageFlags2::ALL_TRANSFER, vk::AccessFlags2::TRANSFER_WRITE);
+            })
+            .unwrap();
+    }
+    // SAFETY: mapped; the frame was waited for
+    unsafe { std::slice::from_raw_parts(at.cast::<u32>(), (width * height) as usize) }.to_vec()
+}
+
+/// Positions of 16 bits cast as the same positions of 32 bits do.
+#[test]
+fn positions_of_every_format() {
+    let mut scene = example::opaque(builtin());
+    let vulkan = example::Vulkan::new(true).unwrap();
+    // all coordinates between -1 and 1, as far as both formats of 16 bits have them
+    let reach = scene.positions.as_flattened().iter().fold(0f32, |most, v| most.max(v.abs()));
+    let steps: Vec<[i16; 4]> = scene
+        .positions
+        .iter()
+        .map(|p| [0, 1, 2, 3].map(|i| if i < 3 { (p[i] / reach * 1023.0).round() as i16 } else { 77 }))
+        .collect();
+    for row in scene.instances.iter_mut().flat_map(|i| &mut i.rows) {
+        row[..3].iter_mut().for_each(|v| *v *= reach);
+    }
+    // sign, exponent and mantissa of numbers that need no rounding
+    let half = |v: f32| match v.to_bits() {
+        0 => 0u16,
+        bits => (bits >> 16 & 0x8000) as u16 | ((bits >> 13 & 0x3ffff) as u16).wrapping_sub((127 - 15) << 10) & 0x7fff,
+    };
+    use umbrage::PositionFormat as F;
+    for (format, unit, encode) in [
+        (F::Float16, 1.0 / 1024.0, Box::new(|step: i16| half(f32::from(step) / 1024.0)) as Box<dyn Fn(i16) -> u16>),
+        (F::Snorm16, 32.0 / 32767.0, Box::new(|step: i16| (32 * step) as u16)),
+    ] {
+        for (position, step) in scene.positions.iter_mut().zip(&steps) {
+            *position = [0, 1, 2].map(|i| f32::from(step[i]) * unit);
+        }
+        let content = Content::new(&vulkan, &scene, None).unwrap();
+        // four bytes of the host's own, then the position
+        let vertices: Vec<[u16; 6]> =
+            steps.iter().map(|s| [9, 9, encode(s[0]), encode(s[1]), encode(s[2]), s[3] as u16]).collect();
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::VERTEX_BUFFER;
+        let positions = vulkan.buffer(bytemuck::cast_slice(&vertices), usage).unwrap();
+        let position_layout = PositionLayout { format, stride: 12, offset: 4 };
+        let short = SceneBuffers { positions, position_layout, ..content.buffers };
+        for exact in [false, true] {
+            let config = Config { index_capacity: 1 << 20, exact, ..Config::new(example::SIZE) };
+            let mask = |buffers: &SceneBuffers| mask_words(&vulkan, &scene, &content, buffers, &config);
+            let (want, got) = (mask(&content.buffers), mask(&short));
+            let apart = want.iter().zip(&got).filter(|(a, b)| a != b).count();
+            println!("{format:?}, exact {exact}: {apart} pixels differ");
+            assert!(apart <= want.len() / 10_000, "{format:?}, exact {exact}: {apart} pixels differ");
+            assert!(want.iter().filter(|&&word| word == 0).count() > 10_000);
+        }
+    }
+    assert_eq!(example::MESSAGES.load(Ordering::Relaxed), 0, "validation messages, see above");
 }
