@@ -106,20 +106,24 @@ pub struct Material {
     pub pad: [u32; 3],
 }
 
-impl Default for Material {
+impl Material {
     /// White without a texture, opaque.
+    pub const WHITE: Self = Self {
+        base_color: [1.0; 4],
+        uv_row0: [1.0, 0.0, 0.0, 0.0],
+        uv_row1: [0.0, 1.0, 0.0, 0.0],
+        texel_offset: NO_TEXTURE,
+        width: 0,
+        height: 0,
+        wrap: 0,
+        alpha_cutoff: 0.0,
+        pad: [0; 3],
+    };
+}
+
+impl Default for Material {
     fn default() -> Self {
-        Self {
-            base_color: [1.0; 4],
-            uv_row0: [1.0, 0.0, 0.0, 0.0],
-            uv_row1: [0.0, 1.0, 0.0, 0.0],
-            texel_offset: NO_TEXTURE,
-            width: 0,
-            height: 0,
-            wrap: 0,
-            alpha_cutoff: 0.0,
-            pad: [0; 3],
-        }
+        Self::WHITE
     }
 }
 

@@ -4,20 +4,10 @@ use crate::bench::{Lcg, view};
 use glam::{DVec3, Vec3};
 use umbrage::ALPHA_TESTED;
 use umbrage::lab::View;
-use umbrage::scene::{Attributes, CLUSTER_TRIANGLES, Cluster, Instance, Material, Mesh, NO_TEXTURE, Scene, builtin};
+use umbrage::scene::{Attributes, CLUSTER_TRIANGLES, Cluster, Instance, Material, Mesh, Scene, builtin};
 
 const IDENTITY: [[f32; 4]; 3] = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
-const OPAQUE: Material = Material {
-    base_color: [0.8, 0.8, 0.8, 1.0],
-    uv_row0: [1.0, 0.0, 0.0, 0.0],
-    uv_row1: [0.0, 1.0, 0.0, 0.0],
-    texel_offset: NO_TEXTURE,
-    width: 0,
-    height: 0,
-    wrap: 0,
-    alpha_cutoff: 0.0,
-    pad: [0; 3],
-};
+const OPAQUE: Material = Material { base_color: [0.8, 0.8, 0.8, 1.0], ..Material::WHITE };
 
 /// A sheet of `n` x `n` cells; `place` maps (0..1, 0..1) to space.
 fn sheet(n: u32, place: impl Fn(f64, f64) -> DVec3) -> Vec<([f64; 2], DVec3)> {
