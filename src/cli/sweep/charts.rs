@@ -14,6 +14,7 @@ const TIME: &str = "ms after the depth prepass";
 /// `sweep_error_bytes.svg`; nothing where the values are words.
 pub fn write(at: &Path, caption: &str, sweep: &Sweep, rows: &[Row]) -> Result<(), Failure> {
     let Some(values) = sweep.numbers() else { return Ok(()) };
+    let rows = &ordered(rows);
     let ends = values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], &v| [a.min(v), b.max(v)]);
     let (bytes, error, time) =
         (|row: &Row| print::mib(row.bytes), |row: &Row| row.errors.all.mismatch, |row: &Row| row.ms.median);
@@ -36,26 +37,37 @@ pub fn write(at: &Path, caption: &str, sweep: &Sweep, rows: &[Row]) -> Result<()
     Ok(())
 }
 
-/// The runs of each method against the values; a method that does not know the key is the same for all of them.
-fn against_value(rows: &[Row], ends: [f64; 2], y: impl Fn(&Row) -> f64) -> Vec<Line> {
-    let level = |row: &Row| ends.map(|value| (value, y(row))).to_vec();
-    let value = |row: &Row| row.swept.and_then(|swept| number(&swept.value)).map(|value| (value, y(row)));
-    let mut lines = lines(rows, |row| value(row).map_or_else(|| level(row), |point| vec![point]));
-    for line in &mut lines {
-        line.points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        // the axis says it
-        line.notes.clear();
+/// The runs of a method by value, in the place of its first.
+fn ordered<'a, 'b>(rows: &'b [Row<'a>]) -> Vec<&'b Row<'a>> {
+    let mut rows: Vec<_> = rows.iter().collect();
+    for runs in rows.chunk_by_mut(|a, b| a.swept.map(|s| &s.of) == b.swept.map(|s| &s.of)) {
+        runs.sort_by(|a, b| value(a).partial_cmp(&value(b)).unwrap_or(std::cmp::Ordering::Equal));
     }
+    rows
+}
+
+/// The runs of each method against the values; a method that does not know the key is the same for all of them.
+fn against_value(rows: &[&Row], ends: [f64; 2], y: impl Fn(&Row) -> f64) -> Vec<Line> {
+    let mut lines = lines(rows, |row| match value(row) {
+        Some(value) => vec![(value, y(row))],
+        None => ends.map(|value| (value, y(row))).to_vec(),
+    });
+    // the axis says it
+    lines.iter_mut().for_each(|line| line.notes.clear());
     lines
 }
 
-/// The runs of each method in the order of the values, each with its value beside it.
-fn against(rows: &[Row], x: impl Fn(&Row) -> f64, y: impl Fn(&Row) -> f64) -> Vec<Line> {
+/// The runs of each method, each with its value beside it.
+fn against(rows: &[&Row], x: impl Fn(&Row) -> f64, y: impl Fn(&Row) -> f64) -> Vec<Line> {
     lines(rows, |row| vec![(x(row), y(row))])
 }
 
-/// A line for each method, in their order.
-fn lines(rows: &[Row], points: impl Fn(&Row) -> Vec<(f64, f64)>) -> Vec<Line> {
+fn value(row: &Row) -> Option<f64> {
+    row.swept.and_then(|swept| number(&swept.value))
+}
+
+/// A line for each method, in the order of `rows`.
+fn lines(rows: &[&Row], points: impl Fn(&Row) -> Vec<(f64, f64)>) -> Vec<Line> {
     let mut lines: Vec<Line> = Vec::new();
     for row in rows {
         let label = row.swept.map_or(row.method, |swept| &swept.of);
