@@ -39,7 +39,8 @@
 //! casts differently ([`CastPolicy`]); pages of earlier frames stay where nothing changed. [`Engine::set_light`] moves lights.
 //!
 //! **8. Tune.** [`Engine::counters`] tells what a finished frame asked for, drew, put off and refused, [`Engine::memory`] what
-//! it holds; [`Engine::steer`] keeps frames at [`Config::target_ms`]. Every field of [`Config`] says what it costs.
+//! it holds; [`Engine::steer`] keeps frames at [`Config::target_ms`]. Every field of [`Config`] says what it costs;
+//! `docs/settings.md` has measured curves of them.
 //!
 //! **9. Debug.** Every object and pass is named where [`HostDevice::debug_utils`] is set. What looks wrong: shadows that
 //! stay behind, an instance changed without its revision; nothing but shadow, a depth image whose far end is taken for a surface

@@ -104,7 +104,7 @@ fn ordered(spread: &Value, above_zero: bool) {
 #[test]
 fn usage_errors() {
     let place = Place::new("usage");
-    let cases: [(&str, &[&str]); 34] = [
+    let cases: [(&str, &[&str]); 42] = [
         ("", &["command", "allowed"]),
         ("draw", &["'draw'"]),
         ("render", &["--out"]),
@@ -124,6 +124,14 @@ fn usage_errors() {
         ("compare --out o", &["--methods"]),
         ("compare --out o --methods rmsm,", &["--methods"]),
         ("compare --out o --methods resolution=4096,rmsm", &["--methods", "'resolution=4096'"]),
+        ("compare --out o --methods rmsm --sweep atlas_mib", &["--sweep", "'atlas_mib'", "allowed is KEY=A,B"]),
+        ("compare --out o --methods rmsm --sweep atlas_mib=", &["--sweep", "'atlas_mib='", "allowed is KEY=A,B"]),
+        ("compare --out o --methods rmsm --sweep atlas_mib=8,,16", &["--sweep", "empty", "allowed is KEY=A,B"]),
+        ("compare --out o --methods rmsm --sweep atlas_mib=8,16,8", &["--sweep", "value 8 is there twice"]),
+        ("compare --out o --methods rmsm --sweep atlas_mib=8..48", &["--sweep", "range is 8..48", "doubled"]),
+        ("compare --out o --methods rmsm --sweep atlas_mib=8,x", &["'atlas_mib'", "'rmsm'", "'x'", "from 1 to 1024"]),
+        ("compare --out o --methods rmsm,csm --sweep fog=1", &["rmsm, csm", "'fog'", "allowed is atlas_mib", "lambda"]),
+        ("compare --out o --methods rmsm --sweep resolution=512", &["rmsm", "'resolution'", "allowed is atlas_mib"]),
         ("bench", &["--out"]),
         ("bench --out o --path spiral", &["--path", "'spiral'", "allowed is still, walk", ".json"]),
         ("bench --out o --frames 0", &["--frames", "'0'", "1..=100000"]),
@@ -535,6 +543,52 @@ fn compare_writes_what_it_promises() {
         assert!(number(row, "/prepass_ms") >= 0.0 && row["stages"].is_object());
     }
     assert_eq!(number(&rows[2], "/mismatch"), 0.0);
+}
+
+#[test]
+fn a_sweep_runs_every_value_and_plots_them() {
+    let place = Place::new("sweep");
+    let methods = "rmsm:atlas_mib=8,csm:lambda=0.5,resolution=4096,uniform";
+    let text =
+        place.good(&format!("compare --size 64x36 --rounds 2 --methods {methods} --sweep resolution=64..256 --out a"));
+    let labels = ["rmsm:atlas_mib=8", "csm:lambda=0.5", "uniform"];
+    let files = ["error_bytes", "error_time", "error_value", "time_value"].map(|name| format!("sweep_{name}.svg"));
+    let all = ["compare.json", "comparison.png"].map(str::to_owned).into_iter().chain(files.clone());
+    assert_eq!(file_names(&place.0.join("a")), all.chain(["view.json".to_owned()]).collect::<Vec<_>>());
+    for name in files {
+        let svg = fs::read_to_string(place.0.join("a").join(&name)).unwrap();
+        assert!(svg.trim_end().ends_with("</svg>") && svg.contains("resolution"), "{name}");
+        assert!(labels.iter().all(|label| svg.contains(label)), "{name}");
+    }
+    let json = place.json("a/compare.json");
+    assert_eq!(json["sweep"], serde_json::json!({ "key": "resolution", "values": ["64", "128", "256"] }));
+    let rows = json["rows"].as_array().unwrap();
+    let want = labels.iter().flat_map(|&label| match label {
+        "rmsm:atlas_mib=8" => vec![(label.to_owned(), Value::Null, Value::Null)],
+        _ => {
+            let join = if label.contains(':') { "," } else { ":" };
+            [64, 128, 256]
+                .map(|value| (format!("{label}{join}resolution={value}"), label.into(), f64::from(value).into()))
+                .to_vec()
+        }
+    });
+    let found =
+        rows.iter().map(|row| (row["method"].as_str().unwrap().to_owned(), row["of"].clone(), row["value"].clone()));
+    assert_eq!(found.collect::<Vec<_>>(), want.collect::<Vec<_>>());
+    assert!(rows.iter().all(|row| text.contains(row["method"].as_str().unwrap())), "{text}");
+    // maps of 16 times the texels, and smaller errors
+    assert!(number(&rows[1], "/bytes") < number(&rows[3], "/bytes"));
+    assert!(number(&rows[1], "/mismatch") > number(&rows[3], "/mismatch"));
+}
+
+#[test]
+fn a_sweep_of_words_has_no_plots() {
+    let place = Place::new("words");
+    place.good("compare --size 16x9 --rounds 1 --methods rmsm --sweep level=area,min_length --quiet --out a");
+    assert_eq!(file_names(&place.0.join("a")), ["compare.json", "comparison.png", "view.json"]);
+    let rows = &place.json("a/compare.json")["rows"];
+    assert_eq!([&rows[0]["value"], &rows[1]["value"]], ["area", "min_length"]);
+    place.bad("compare --methods rmsm:atlas_mib=8 --sweep page=64..512 --quiet --out b", 2, &["page=512", "allows"]);
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! What can be typed after `umbrage`.
 
+use super::sweep::Sweep;
 use clap::{ArgAction, Parser, Subcommand};
 use std::path::{Path, PathBuf};
 use umbrage::methods::{self, MethodSpec};
@@ -26,8 +27,9 @@ const RENDER_EXAMPLE: &str = "\
 Example:
   umbrage render town.glb --size 1920x1080 --method rmsm:atlas_mib=128 --truth --out out";
 const COMPARE_EXAMPLE: &str = "\
-Example:
-  umbrage compare town.glb --methods rmsm,uniform:resolution=4096,fit=samples,raytraced --out out";
+Examples:
+  umbrage compare town.glb --methods rmsm,uniform:resolution=4096,fit=samples,raytraced --out out
+  umbrage compare town.glb --methods rmsm,uniform --sweep resolution=512..8192 --out out";
 const BENCH_EXAMPLE: &str = "\
 Example:
   umbrage bench town.glb --path turn --frames 300 --animate --sun-rate 2 --truth-every 10 --out out";
@@ -141,6 +143,10 @@ pub struct CompareArgs {
     /// Compares also with the share of N ray-traced samples a pixel, a power of two up to 64.
     #[arg(long, value_name = "N", value_parser = coverage)]
     pub coverage: Option<u32>,
+    /// Runs those of the methods that have KEY once for every value, the others once, and plots the errors: KEY=A,B,... or
+    /// KEY=FIRST..LAST, whole numbers that double.
+    #[arg(long, value_name = "KEY=VALUES", value_parser = Sweep::parse)]
+    pub sweep: Option<Sweep>,
 }
 
 #[derive(Debug, clap::Args)]

@@ -56,8 +56,7 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
         seed: args.seed,
         runs: Run::of(specs, &records),
     };
-    let place = if lab.device_is_cpu() { format!("{} (lavapipe, CPU)", bench.device) } else { bench.device.clone() };
-    let caption = format!("{}, path {path_name}, {place}", lab.scene().name);
+    let caption = format!("{}, path {path_name}, {}", lab.scene().name, setup::place(&lab));
     folder.fill(|at| {
         write_file(&at.join("bench.json"), json::text(&bench)?.as_bytes())?;
         write_file(&at.join("bench.csv"), sheet::csv(specs, &records, &schedule).as_bytes())?;

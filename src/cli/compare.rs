@@ -9,6 +9,7 @@ use super::print;
 use super::progress::Progress;
 use super::report::{Comparison, LightErrors, Row, write_json};
 use super::setup;
+use super::sweep;
 use std::rc::Rc;
 use umbrage::lab::Lab;
 use umbrage::methods;
@@ -19,14 +20,18 @@ const HEADER: [&str; 8] = ["method", "ms", "ratio", "MiB", "mismatch %", "edge_e
 
 const COVERAGE: [&str; 2] = ["coverage %", "on edges %"];
 
+/// Most runs of a sweep in `comparison.png`.
+const MOST_PICTURES: usize = 8;
+
 /// Runs, compares and writes the results.
 pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     let common = &args.common;
-    let specs = &args.methods.0;
+    let variants = sweep::variants(&args.methods.0, args.sweep.as_ref())?;
     let folder = Folder::open(&args.out)?;
     let progress = Progress::new(common.quiet);
     let lab = setup::open(common, &progress)?;
-    let mut methods = specs.iter().map(|spec| methods::create(spec, &lab)).collect::<Result<Vec<_>, _>>()?;
+    let mut methods =
+        variants.iter().map(|variant| methods::create(&variant.spec, &lab)).collect::<Result<Vec<_>, _>>()?;
     let bar = progress.bar("running the methods");
     let timings = measure::by_turns(&lab, &mut methods, args.rounds, |share| bar.at(share))?;
     drop(bar);
@@ -37,28 +42,34 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     let mut rows: Vec<Row> = Vec::new();
     let mut images: Vec<(&str, Picture)> = Vec::new();
     let mut differences: Vec<(&str, Picture)> = Vec::new();
-    for ((spec, method), timings) in specs.iter().zip(&mut methods).zip(&timings) {
+    let pictured = pictured(variants.len(), args.sweep.is_some());
+    for (i, ((variant, method), timings)) in variants.iter().zip(&mut methods).zip(&timings).enumerate() {
         let visibility = measure::visibility(&lab, method.as_mut())?;
         let errors = LightErrors::of(&visibility, &references)?;
         let coverage = coverages.as_ref().map(|traced| coverage(&visibility, traced, &references)).transpose()?;
-        let mut row = Row { coverage, ..Row::new(&spec.text, timings, &method.memory(), errors) };
+        let mut row = Row { coverage, ..Row::new(variant, timings, &method.memory(), errors) };
         row.ratio = row.ms.median / rows.first().unwrap_or(&row).ms.median;
         rows.push(row);
-        images.push((&spec.text, pictures::shaded(&lab, &gbuffer, &visibility)?));
-        differences
-            .push(("difference from ray tracing", pictures::difference(&lab, &gbuffer, &visibility, &references)?));
+        if pictured.contains(&i) {
+            images.push((&variant.spec.text, pictures::shaded(&lab, &gbuffer, &visibility)?));
+            differences
+                .push(("difference from ray tracing", pictures::difference(&lab, &gbuffer, &visibility, &references)?));
+        }
     }
     let tiles: Vec<_> = images.iter().chain(&differences).map(|(label, picture)| (*label, picture)).collect();
     setup::validated(&lab)?;
-    let side_by_side = side_by_side(&tiles, specs.len());
+    let side_by_side = side_by_side(&tiles, images.len());
     let scene = common.scene.to_string_lossy();
+    let sweep = args.sweep.as_ref();
     let comparison =
-        Comparison { device: lab.device_name(), driver: lab.driver(), scene: &scene, view: lab.view(), rows };
+        Comparison { device: lab.device_name(), driver: lab.driver(), scene: &scene, view: lab.view(), sweep, rows };
+    let caption = format!("{}, {}", lab.scene().name, setup::place(&lab));
 
     folder.fill(|at| {
         write_png(&at.join("comparison.png"), &side_by_side)?;
         write_json(&at.join("view.json"), lab.view())?;
-        write_json(&at.join("compare.json"), &comparison)
+        write_json(&at.join("compare.json"), &comparison)?;
+        sweep.map_or(Ok(()), |sweep| sweep::write_charts(at, &caption, sweep, &comparison.rows))
     })?;
     if !common.quiet {
         print::out(&table(&comparison.rows));
@@ -67,6 +78,12 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
         print::out(&format!("results are in {}\n", args.out.display()));
     }
     Ok(())
+}
+
+/// The runs that are shown: all, but of a sweep at most a few at equal distances.
+fn pictured(runs: usize, sweep: bool) -> Vec<usize> {
+    let shown = if sweep { runs.min(MOST_PICTURES) } else { runs };
+    (0..shown).map(|k| k * (runs - 1) / (shown - 1).max(1)).collect()
 }
 
 /// Errors over all lights together.
@@ -133,4 +150,16 @@ pub fn footer(lab: &Lab, of: &str) -> String {
             "This device is software on the CPU (lavapipe): compare its ratios, its times are not those of a GPU.\n";
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::pictured;
+
+    #[test]
+    fn pictures_of_a_sweep_are_few() {
+        assert_eq!([pictured(1, true), pictured(3, true)], [vec![0], vec![0, 1, 2]]);
+        assert_eq!(pictured(22, true), [0, 3, 6, 9, 12, 15, 18, 21]);
+        assert_eq!(pictured(22, false).len(), 22);
+    }
 }

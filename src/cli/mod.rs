@@ -14,6 +14,7 @@ mod progress;
 mod render;
 mod report;
 mod setup;
+mod sweep;
 mod view;
 
 use args::{Args, Command};

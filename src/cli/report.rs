@@ -2,6 +2,7 @@
 
 use super::failure::Failure;
 use super::measure::{Spread, Timings};
+use super::sweep::{Sweep, Swept, Variant};
 use serde::{Serialize, Serializer};
 use std::path::Path;
 use std::rc::Rc;
@@ -70,6 +71,8 @@ pub struct Comparison<'a> {
     pub driver: String,
     pub scene: &'a str,
     pub view: &'a View,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sweep: Option<&'a Sweep>,
     pub rows: Vec<Row<'a>>,
 }
 
@@ -77,6 +80,8 @@ pub struct Comparison<'a> {
 #[derive(Debug, Serialize)]
 pub struct Row<'a> {
     pub method: &'a str,
+    #[serde(flatten)]
+    pub swept: Option<&'a Swept>,
     pub ms: Spread,
     /// Median over the first row's median.
     pub ratio: f64,
@@ -93,9 +98,10 @@ pub struct Row<'a> {
 
 impl<'a> Row<'a> {
     /// A row whose ratio is still to come.
-    pub fn new(method: &'a str, timings: &Timings, memory: &[(&'static str, u64)], errors: LightErrors) -> Self {
+    pub fn new(variant: &'a Variant, timings: &Timings, memory: &[(&'static str, u64)], errors: LightErrors) -> Self {
         Self {
-            method,
+            method: &variant.spec.text,
+            swept: variant.swept.as_ref(),
             ms: timings.spread(|f| f.ms),
             ratio: 1.0,
             bytes: total(memory),

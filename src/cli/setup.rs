@@ -115,6 +115,12 @@ pub fn coverages(lab: &Lab, samples: u32, progress: &Progress) -> Result<Vec<Vec
     Ok(lights.map(one).collect::<Result<_, _>>()?)
 }
 
+/// The device in the words of a plot's title.
+pub fn place(lab: &Lab) -> String {
+    let name = lab.device_name();
+    if lab.device_is_cpu() { format!("{name} (lavapipe, CPU)") } else { name }
+}
+
 /// Fails on the first message of the validation layer, where it is on.
 pub fn validated(lab: &Lab) -> Result<(), Failure> {
     silent(&lab.validation_messages())

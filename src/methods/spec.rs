@@ -1,6 +1,6 @@
 //! Parses what the user typed after `--method` and `--methods`, and hands the values to the methods.
 
-use super::Parameter;
+use super::{METHODS, Parameter};
 use crate::lab::LabError;
 use std::fmt::{self, Display};
 use std::ops::RangeInclusive;
@@ -9,7 +9,7 @@ use std::str::FromStr;
 /// A method as the user typed it: `name` or `name:key=value,key=value`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MethodSpec {
-    /// Exactly as typed.
+    /// As typed, or as [`Self::with`] and [`Self::without`] put it.
     pub text: String,
     /// The part before the colon.
     pub name: String,
@@ -64,6 +64,32 @@ impl MethodSpec {
             }
         }
         methods.iter().map(|method| Self::parse(method)).collect()
+    }
+
+    /// Whether the method has a key.
+    pub fn knows(&self, key: &str) -> bool {
+        METHODS.iter().any(|m| m.name == self.name && m.parameters.iter().any(|p| p.key == key))
+    }
+
+    /// The method without a key.
+    pub fn without(&self, key: &str) -> Self {
+        Self::of(&self.name, self.parameters.iter().filter(|(k, _)| k != key).cloned().collect())
+    }
+
+    /// The method with a key set, in the place where it was typed or as the last.
+    pub fn with(&self, key: &str, value: &str) -> Self {
+        let mut parameters = self.parameters.clone();
+        match parameters.iter_mut().find(|(k, _)| k == key) {
+            Some((_, old)) => *old = value.to_owned(),
+            None => parameters.push((key.to_owned(), value.to_owned())),
+        }
+        Self::of(&self.name, parameters)
+    }
+
+    fn of(name: &str, parameters: Vec<(String, String)>) -> Self {
+        let keys: Vec<_> = parameters.iter().map(|(k, v)| format!("{k}={v}")).collect();
+        let colon = if keys.is_empty() { "" } else { ":" };
+        Self { text: format!("{name}{colon}{}", keys.join(",")), name: name.to_owned(), parameters }
     }
 
     /// The value typed for `key`.
@@ -147,6 +173,15 @@ mod tests {
         );
         assert_eq!(texts("rmsm,bias=1,rmsm"), ["rmsm,bias=1", "rmsm"]);
         assert_eq!(MethodSpec::parse_list("rmsm,bias=1").unwrap()[0].value("bias"), Some("1"));
+    }
+
+    #[test]
+    fn keys_are_set_and_taken_away() {
+        let spec = MethodSpec::parse("rmsm:bias=1,level=area").unwrap();
+        assert_eq!(spec.with("bias", "2").text, "rmsm:bias=2,level=area");
+        assert_eq!(spec.with("page", "64"), MethodSpec::parse("rmsm:bias=1,level=area,page=64").unwrap());
+        assert_eq!(spec.without("bias").without("level"), MethodSpec::parse("rmsm").unwrap());
+        assert!(spec.knows("page") && !spec.knows("resolution") && !keyed().knows("n"));
     }
 
     #[test]

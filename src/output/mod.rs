@@ -3,6 +3,8 @@
 #![forbid(unsafe_code)]
 
 mod atomic;
+#[cfg(feature = "cli")]
+mod axis;
 mod exr;
 pub(crate) mod false_color;
 pub(crate) mod font;
@@ -13,6 +15,8 @@ mod png;
 pub(crate) mod shade;
 
 pub use atomic::write_file;
+#[cfg(feature = "cli")]
+pub use axis::Scale;
 pub use exr::{ExrImage, read_exr, write_exr};
 pub use false_color::{ids, levels};
 pub use picture::{DIFFERENCE_LEGEND, Picture, side_by_side};

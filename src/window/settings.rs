@@ -4,14 +4,9 @@ use crate::methods::{METHODS, MethodSpec};
 
 const FILTERS: [&str; 4] = ["hard", "pcf", "poisson", "bilinear"];
 
-/// Whether a method has a key.
-fn has(spec: &MethodSpec, key: &str) -> bool {
-    METHODS.iter().any(|m| m.name == spec.name && m.parameters.iter().any(|p| p.key == key))
-}
-
 /// Whether a method has pages.
 pub(super) fn paged(spec: &MethodSpec) -> bool {
-    has(spec, "atlas_mib")
+    spec.knows("atlas_mib")
 }
 
 /// A key's value, typed or default.
@@ -25,16 +20,7 @@ fn value<'a>(spec: &'a MethodSpec, key: &str) -> Option<&'a str> {
 fn with(spec: &MethodSpec, key: &str, value: &str) -> MethodSpec {
     let method = METHODS.iter().find(|m| m.name == spec.name);
     let default = method.and_then(|m| m.parameters.iter().find(|p| p.key == key)).map(|p| p.default);
-    let mut parameters = spec.parameters.clone();
-    match parameters.iter().position(|(k, _)| k == key) {
-        Some(at) if default == Some(value) => drop(parameters.remove(at)),
-        Some(at) => parameters[at].1 = value.to_owned(),
-        None if default == Some(value) => (),
-        None => parameters.push((key.to_owned(), value.to_owned())),
-    }
-    let keys: Vec<_> = parameters.iter().map(|(k, v)| format!("{k}={v}")).collect();
-    let colon = if keys.is_empty() { "" } else { ":" };
-    MethodSpec { text: format!("{}{colon}{}", spec.name, keys.join(",")), name: spec.name.clone(), parameters }
+    if default == Some(value) { spec.without(key) } else { spec.with(key, value) }
 }
 
 /// Rays on or off; they come without a filter.
@@ -49,10 +35,10 @@ pub(super) fn filter(spec: &MethodSpec) -> Option<MethodSpec> {
     let at = FILTERS.iter().position(|f| value(spec, "filter") == Some(f))?;
     let next = FILTERS[(at + 1) % FILTERS.len()];
     let mut changed = with(spec, "filter", next);
-    if next != "hard" && has(spec, "exact") {
+    if next != "hard" && spec.knows("exact") {
         changed = with(&with(&changed, "exact", "false"), "samples", "1");
     }
-    if next == "hard" && has(spec, "blend") {
+    if next == "hard" && spec.knows("blend") {
         changed = with(&changed, "blend", "false");
     }
     Some(changed)
@@ -66,7 +52,7 @@ pub(super) fn bias(spec: &MethodSpec, finer: bool) -> Option<MethodSpec> {
 
 /// Half or twice the memory of the atlas, or half or twice the side of the map.
 pub(super) fn atlas(spec: &MethodSpec, larger: bool) -> Option<MethodSpec> {
-    let key = ["atlas_mib", "resolution"].into_iter().find(|key| has(spec, key))?;
+    let key = ["atlas_mib", "resolution"].into_iter().find(|key| spec.knows(key))?;
     let size: u32 = value(spec, key)?.parse().ok()?;
     let changed = if larger { size.saturating_mul(2) } else { size / 2 };
     Some(with(spec, key, &changed.to_string()))

@@ -30,7 +30,8 @@ pub fn write(at: &Path, caption: &str, specs: &[MethodSpec], records: &[Vec<Reco
         lines.retain(|line| !line.points.is_empty());
         if !lines.is_empty() {
             let title = format!("{title}: {caption}");
-            let chart = Chart { title: &title, x_label: "frame (60 a second)", y_label, lines: &lines };
+            let chart =
+                Chart { title: &title, x_label: "frame (60 a second)", y_label, lines: &lines, ..Chart::default() };
             write_svg(&at.join(file), &chart)?;
         }
     }
@@ -39,5 +40,5 @@ pub fn write(at: &Path, caption: &str, specs: &[MethodSpec], records: &[Vec<Reco
 
 fn line(label: String, run: &[Record], value: impl Fn(&Record) -> Option<f64>) -> Line {
     let point = |(frame, record): (usize, &Record)| Some((frame as f64, value(record)?));
-    Line { label, points: run.iter().enumerate().filter_map(point).collect() }
+    Line { label, points: run.iter().enumerate().filter_map(point).collect(), notes: Vec::new() }
 }
