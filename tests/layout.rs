@@ -95,7 +95,7 @@ fn other_structs_have_their_known_layout() {
 #[test]
 fn map_structs_are_those_of_the_shaders() {
     let all = committed("methods/");
-    assert_layout::<Fit>(&all, "Fit", fields!(Fit, row_u row_v texel));
+    assert_layout::<Fit>(&all, "Fit", fields!(Fit, row_u row_v row_w texel));
     assert_layout::<Face>(&all, "Face", fields!(Face, x y z origin));
     assert_layout::<MapLight>(&all, "MapLight", fields!(MapLight, faces eye depth rule));
     assert_layout::<Slices>(&all, "Slices", fields!(Slices, extremes outside splits));

@@ -17,7 +17,7 @@ float unordered(uint bits) { return uintBitsToFloat((bits & 0x80000000u) != 0u ?
 
 void main() {
     float least = 1e38;
-    Fit best = Fit(vec4(0.0, 0.0, 2.0, 0.0), vec4(0.0, 0.0, 2.0, 0.0), vec4(0.0));  // no sample: everything falls outside
+    Fit best = Fit(vec4(0.0, 0.0, 2.0, 0.0), vec4(0.0, 0.0, 2.0, 0.0), vec4(0.0, 0.0, 1.0, 0.0), vec4(0.0));  // no sample: everything falls outside
     for (uint a = 0u; a < ANGLES; a++) {
         uint at = 4u * (gl_WorkGroupID.x * ANGLES + a);
         if (bounds[at] == 0u) {

@@ -31,31 +31,33 @@ bool look_up(uint layer, uvec2 pixel, Sample s, out float lit) {
     float w = divisor(ls.z);
     vec3 t = vec3(ls.xy / w, 1.0);
     Fit fit = fits[layer];
-    vec2 uv = vec2(dot(fit.row_u.xyz, t), dot(fit.row_v.xyz, t));
-    if (w <= 0.0 || any(lessThan(uv, vec2(0.0))) || any(greaterThanEqual(uv, vec2(1.0)))) {
+    float q = dot(fit.row_w.xyz, t);
+    vec2 uv = vec2(dot(fit.row_u.xyz, t), dot(fit.row_v.xyz, t)) / q;
+    if (w <= 0.0 || q <= 0.0 || any(lessThan(uv, vec2(0.0))) || any(greaterThanEqual(uv, vec2(1.0)))) {
         return false;
     }
     vec3 normal = turned(face, s.normal);
-    vec2 texel = uv * vec2(textureSize(map, 0).xy);
-    vec2 size = fit.texel.xy * w;
-    // change of z per unit across, in the receiver's plane at constant x / w and y / w; the rows are orthogonal: their
-    // directions are the map's axes in light space
+    float side = float(textureSize(map, 0).x);
+    vec2 texel = uv * side;
+    // change of t from a texel to the next, along u and along v
+    mat2 along = inverse(transpose(mat2(fit.row_u.xy - uv.x * fit.row_w.xy, fit.row_v.xy - uv.y * fit.row_w.xy)) * (side / q));
+    vec2 size = w * vec2(length(along[0]), length(along[1]));
+    // change of z per unit across, in the receiver's plane at constant x / w and y / w
     float facing = has_position() ? dot(normal, ls) : normal.z;
     vec2 across = clamp(-normal.xy * w / facing, -200.0, 200.0);
-    vec2 slope = vec2(dot(across, normalize(fit.row_u.xy)), dot(across, normalize(fit.row_v.xy))) * size;
+    vec2 slope = w * vec2(dot(across, along[0]), dot(across, along[1]));
     float bias = light.rule.x * receiver_bias(max(size.x, size.y), slope) + light.rule.y;
+    // stored depth is affine over the receiver's plane
+    float nearer = has_position() ? max(ls.z - bias, 1e-6 * ls.z) : ls.z - bias;
+    float per_z = has_position() ? -light.depth.y / (ls.z * ls.z) : light.depth.x;
+    float depth = stored_depth(nearer) / q;
+    vec2 change = (slope * per_z - depth * vec2(dot(fit.row_w.xy, along[0]), dot(fit.row_w.xy, along[1]))) / q;
     if (FILTER != FILTER_HARD) {
-        // stored depth is affine over the receiver's plane
-        float nearer = has_position() ? max(ls.z - bias, 1e-6 * ls.z) : ls.z - bias;
-        float per_z = has_position() ? -light.depth.y / (ls.z * ls.z) : light.depth.x;
-        lit = kernel_visibility(Plane(texel, stored_depth(nearer), slope * per_z, 0.0), uvec2(layer, 0u), pixel);
-        return true;
+        lit = kernel_visibility(Plane(texel, depth, change, 0.0), uvec2(layer, 0u), pixel);
+    } else {
+        float caster = texelFetch(map, ivec3(ivec2(texel), layer), 0).r;
+        lit = depth + dot(change, floor(texel) + 0.5 - texel) >= caster ? 1.0 : 0.0;
     }
-    float change = dot(slope, floor(texel) + 0.5 - texel);
-    // what is affine over a plane is z, or 1 / z for a light with a position
-    float z = has_position() ? ls.z * ls.z / max(ls.z - change, 1e-3 * ls.z) : ls.z + change;
-    float nearer = has_position() ? max(z - bias, 1e-6 * ls.z) : z - bias;
-    lit = stored_depth(nearer) >= texelFetch(map, ivec3(ivec2(texel), layer), 0).r ? 1.0 : 0.0;
     return true;
 }
 

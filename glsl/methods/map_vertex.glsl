@@ -16,7 +16,8 @@ void place_vertex(out Instance instance) {
     ls.z = dot(light.faces[face].z.xyz, world) + light.faces[face].origin.x;
     float w = divisor(ls.z);
     vec3 t = vec3(ls.xy, w);
-    vec2 uv = vec2(dot(fits[LAYER].row_u.xyz, t), dot(fits[LAYER].row_v.xyz, t));
-    gl_Position = vec4(2.0 * uv - w, light.depth.x * ls.z + light.depth.y, w);
+    Fit fit = fits[LAYER];
+    vec3 uvw = vec3(dot(fit.row_u.xyz, t), dot(fit.row_v.xyz, t), dot(fit.row_w.xyz, t));
+    gl_Position = vec4(2.0 * uvw.xy - uvw.z, light.depth.x * ls.z + light.depth.y, uvw.z);
     gl_Layer = int(LAYER);
 }

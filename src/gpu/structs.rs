@@ -285,6 +285,7 @@ pub struct TrianglePush {
 pub struct Fit {
     pub row_u: [f32; 4],
     pub row_v: [f32; 4],
+    pub row_w: [f32; 4],
     pub texel: [f32; 4],
 }
 

@@ -8,6 +8,9 @@ use glam::{DVec2, DVec3};
 /// Rotations of a map that are tried, over a quarter turn.
 pub(super) const ANGLES: u32 = 16;
 
+/// [`Fit::row_w`] of a map that is not warped.
+const UNWARPED: [f32; 4] = [0.0, 0.0, 1.0, 0.0];
+
 /// A box relative to the scene's origin: lower and upper corner.
 pub(super) type Bounds = [DVec3; 2];
 
@@ -78,7 +81,7 @@ pub(super) fn across(points: &[DVec3], eye: DVec3, [x, y, _]: [DVec3; 3]) -> Vec
 /// point.
 pub(super) fn least_area(points: &[DVec2], resolution: f64, border: f64) -> Fit {
     if points.is_empty() {
-        return Fit { row_u: [0.0, 0.0, 2.0, 0.0], row_v: [0.0, 0.0, 2.0, 0.0], texel: [0.0; 4] };
+        return Fit { row_u: [0.0, 0.0, 2.0, 0.0], row_v: [0.0, 0.0, 2.0, 0.0], row_w: UNWARPED, texel: [0.0; 4] };
     }
     let mut best = (f64::INFINITY, Fit::zeroed());
     for a in 0..ANGLES {
@@ -93,6 +96,7 @@ pub(super) fn least_area(points: &[DVec2], resolution: f64, border: f64) -> Fit 
             let fit = Fit {
                 row_u: row(cos, sin, low.x, size.x),
                 row_v: row(-sin, cos, low.y, size.y),
+                row_w: UNWARPED,
                 texel: [(size.x / resolution) as f32, (size.y / resolution) as f32, 0.0, 0.0],
             };
             best = (size.x * size.y, fit);
