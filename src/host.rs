@@ -227,6 +227,16 @@ impl HostImage {
         if self.used.is_sampled() { self.used.layout } else { vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL }
     }
 
+    /// By how much depths of a format of integers are rounded; those of floats by a share of themselves.
+    pub(crate) fn rounding(&self) -> f32 {
+        use vk::Format as F;
+        match self.format {
+            F::D16_UNORM | F::D16_UNORM_S8_UINT => 0.5 / 65_535.0,
+            F::X8_D24_UNORM_PACK32 | F::D24_UNORM_S8_UINT => 0.5 / 16_777_215.0,
+            _ => 0.0,
+        }
+    }
+
     /// All aspects of the format.
     pub(crate) fn aspect(&self) -> vk::ImageAspectFlags {
         gpu::aspects(self.format)
@@ -250,7 +260,9 @@ impl HostImage {
 pub struct ReceiverImages {
     /// Depth of the nearest surface: D16, X8_D24, D24_S8, D32 or D32_S8, of any perspective projection. Texels of the far
     /// end (0 where nearer is greater, else 1) are no surface. D32 with nearer greater is the only one that keeps
-    /// shadows of far surfaces as good as those of near ones.
+    /// shadows of far surfaces as good as those of near ones: with others a surface at distance d is known to about
+    /// d^2 / (near * 2^bits), 2^16 and 2^24 for integers, 2^23 for floats with nearer less. Receivers are moved towards the eye by as
+    /// much, so that they do not shadow themselves; shadows that touch their casters end by as much too early.
     pub depth: HostImage,
     /// R32_UINT: geometric normal towards the eye in world space, octahedral, two 16-bit signed fractions (see
     /// [`encode_normal`]). Without it normals come from the depths of neighbours: a pixel with a foreign surface on

@@ -350,7 +350,9 @@ impl Engine {
         data.images.clear();
         data.lights.clear();
         for (input, view) in inputs.iter().zip(&self.views) {
-            data.constants.push(constants::constants(&self.config, view.size, &self.scene, input, next)?);
+            let mut constants = constants::constants(&self.config, view.size, &self.scene, input, next)?;
+            constants.eye_low[3] = view.gradients[input.images].0.depth.rounding();
+            data.constants.push(constants);
             data.images.push(input.images);
             self.lights.records(&self.config, &self.scene, input, next, &mut data.lights)?;
         }
