@@ -12,9 +12,7 @@ use glam::Vec3;
 use std::error::Error;
 use std::sync::atomic::Ordering;
 use umbrage::scene::{Mesh, Scene};
-use umbrage::{
-    Camera, CastPolicy, Config, Engine, FrameInput, HOST_DRAWN, HostImage, ImageUse, Instance, Light, Meshes,
-};
+use umbrage::{Camera, CastPolicy, Config, Engine, FrameInput, HostImage, ImageUse, Instance, Light, Meshes};
 use umbrage::{PositionLayout, ReceiverImages, Receivers, SceneBuffers};
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
@@ -82,8 +80,8 @@ impl Bent<'_> {
         let positions = || corners.iter().map(|&i| Vec3::from(scene.positions[i as usize]));
         let bent = || self.winds.iter().flat_map(|&wind| positions().map(move |p| p + Vec3::X * wind * p.y * p.y));
         let (low, high) = (bent().fold(Vec3::INFINITY, Vec3::min), bent().fold(Vec3::NEG_INFINITY, Vec3::max));
-        instance.mesh = meshes.add_bounds(low.to_array(), high.to_array())?;
-        instance.flags = self.policy as u32 | HOST_DRAWN;
+        let mesh = meshes.add_bounds(low.to_array(), high.to_array())?;
+        *instance = Instance { mesh, ..*instance }.with_policy(self.policy).host_drawn();
         // index count, instance count, first index, vertex offset, first instance: Umbrage writes the second and the last
         Ok([index_count, 0, first_index, 0, 0])
     }

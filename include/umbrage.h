@@ -164,7 +164,8 @@ typedef struct UmbrageScene {
     VkBuffer positions;
     // UmbrageAttributes, one a vertex. VK_NULL_HANDLE where nothing is alpha tested.
     VkBuffer attributes;
-    // 32-bit absolute indices, three a triangle (UmbrageMeshData), followed by room for index_capacity more.
+    // 32-bit absolute indices, three a triangle (UmbrageMeshData), followed by room for index_capacity more, which the
+    // engine writes: (index_count + index_capacity) * 4 bytes.
     VkBuffer indices;
     // UmbrageCluster structs.
     VkBuffer clusters;
@@ -176,7 +177,7 @@ typedef struct UmbrageScene {
     VkBuffer meshes;
     // UmbrageMaterial structs.
     VkBuffer materials;
-    // RGBA8 texels; at least one.
+    // RGBA8 texels; any buffer of 4 bytes and more where nothing is textured.
     VkBuffer texels;
     // For ray queries, else VK_NULL_HANDLE: the device address (64 bits) of a bottom-level acceleration structure for
     // each mesh, over its triangles in the order of its indices, in one geometry.
@@ -720,7 +721,10 @@ UmbrageResult umbrage_remove_light(struct UmbrageEngine *engine, UmbrageLightId 
 UmbrageResult umbrage_forget(struct UmbrageEngine *engine);
 
 // Records one frame; inputs: one for each view. The commands take the receivers' images from their last use and the
-// masks to theirs. frame: where its number goes, or null. After an error nothing was recorded.
+// masks to theirs. frame: where its number goes, or null. After an error nothing was recorded. The engine reads the
+// scene's buffers in compute and vertex shaders and as vertices and indices, and writes indices and host_draws in compute
+// shaders. lavapipe (22.3, 25.0) holds indirect draws recorded after these commands in the same command buffer to the
+// engine's count of draws.
 //
 // What the caller sees to:
 // commands: recording outside of rendering, on a queue with graphics and compute. Every recorded frame of an engine
@@ -812,8 +816,9 @@ UmbrageResult umbrage_casters(const struct UmbrageEngine *engine,
                               VkDescriptorSetLayout *layout,
                               VkDescriptorSet *set);
 
-// The mask of a view, of its size: an array of R32_UINT images with mask_bits for each light, in the order of slots
-// from the lowest bits of the first layer. 1 lit, 0 shadowed or not reached by the light, 1 where there is no surface,
+// The mask of a view, of its size, and a view of all its layers (VK_IMAGE_VIEW_TYPE_2D_ARRAY): R32_UINT images of sampled,
+// storage and transfer source usage with mask_bits for each light, in the order of slots from the lowest bits of the
+// first layer: slot i has the bits from i * mask_bits % 32 on in layer i * mask_bits / 32. 1 lit, 0 shadowed or not reached by the light, 1 where there is no surface,
 // shares with a filter or several samples a pixel. With 32 bits the words are floats, and layer i is the light of slot
 // i. They change with umbrage_resize.
 //

@@ -64,6 +64,16 @@ impl Instance {
         instance
     }
 
+    /// With another policy.
+    pub fn with_policy(self, policy: CastPolicy) -> Self {
+        Self { flags: self.flags & !3 | policy as u32, ..self }
+    }
+
+    /// Drawn by the host ([`HOST_DRAWN`]).
+    pub fn host_drawn(self) -> Self {
+        Self { flags: self.flags | HOST_DRAWN, ..self }
+    }
+
     /// The translation, world space relative to the scene's origin.
     pub fn translation(&self) -> DVec3 {
         DVec3::from_array([0, 1, 2].map(|i| f64::from(self.rows[i][3]) + f64::from(self.low[i])))

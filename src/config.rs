@@ -134,87 +134,118 @@ pub struct Config {
     /// ([`crate::host::Receivers::size`]), which [`crate::Engine::resize`] changes.
     pub size: [u32; 2],
     /// Device memory for the physical atlas, in bytes: one layer of `page_texels`^2 texels of 4 bytes a page.
+    /// Default: 64 MiB.
     pub atlas_bytes: u64,
     /// Side of a page in texels: 64, 128, 256 or 512.
+    /// Default: 128.
     pub page_texels: u32,
     /// Texels along each side of a page that repeat its neighbours, for filters; 1 to 8, at least [`Filter::reach`].
+    /// Default: 2.
     pub gutter: u32,
     /// Finest level that pixels may ask for, relative to one texel a pixel: -1 is half a pixel. -8 to 8.
     /// Pages this fine are drawn where the atlas has room; coarser ones serve elsewhere.
+    /// Default: -3.
     pub level_bias: f32,
     /// Texels of the virtual map along a side, as a power of two: 15 to 30. What pixels ask for beyond it is served by the
     /// finest level. Beyond 21, stored depths are coarser than texels: in worlds of kilometres casters that rise less than
     /// 1e-6 of the casters' bounds above a surface are lost without [`Config::exact`].
+    /// Default: 21.
     pub virtual_bits: u32,
     /// Most lights at a time, 1 to 1365.
+    /// Default: 1.
     pub lights: u32,
     /// Bits of a light in the mask: 32 (a float), 8 (fractions of 255) or, without a filter, 1.
+    /// Default: 32.
     pub mask_bits: u32,
     /// Whether pixels that the map cannot decide are decided by rays against the casters; without a filter only.
+    /// Default: false.
     pub exact: bool,
     /// Whether rays are traced by ray queries where [`crate::gpu::HostDevice::ray_query`] and
     /// [`crate::host::SceneBuffers::shapes`] allow it. Else, and without them, they walk through a tree of the engine's
     /// own, which takes about 27 bytes a triangle and decides the same but for rays that graze an edge by a few roundings.
+    /// Default: true.
     pub ray_query: bool,
     /// Samples a pixel with [`Config::exact`]: 1, 4, 8 or 16. Visibility is the share of them that the light reaches, so
     /// that edges are antialiased (frustum-traced shadows, Wyman, Hoetzlein and Lefohn 2015, with points in place of the
     /// frustum). They lie on the receiver's plane under the pixel, see [`sample_places`]. More than one needs 8 or 32 bits of
     /// the mask. A view has room for one ray a pixel, or a quarter of its samples if these are more (44 bytes a ray); beyond
     /// that the map decides.
+    /// Default: 1.
     pub samples: u32,
     /// What the lookup makes of the casters around a receiver.
+    /// Default: [`Filter::Hard`].
     pub filter: Filter,
     /// Whether filtered visibility changes smoothly from level to level; the coarser pages are asked for too. It does so where
     /// pixels get the pages that they ask for, with a [`Config::level_bias`] near 0; where coarser ones serve, levels change
     /// from page to page as without. Half of the pixels see texels twice as large in part, and the coarser pages take room in
     /// the atlas: where that is full, edges err by up to a thirtieth more.
+    /// Default: false.
     pub level_blend: bool,
     /// Sides of casters that are left out; off by default, since shadow truth is geometric.
+    /// Default: [`Cull::None`].
     pub cull: Cull,
     /// The level rule.
+    /// Default: [`LevelRule::Area`].
     pub level_rule: LevelRule,
     /// The route from pixels to the list of pages. Both give the same pages. The sort's list has room for 64 requests from
     /// each 8x8 pixels: it takes at most 16 lights.
+    /// Default: [`RequestRoute::Flags`].
     pub route: RequestRoute,
     /// Which pages give way when the atlas is full.
+    /// Default: [`Pressure::Demand`].
     pub pressure: Pressure,
     /// Device memory for the page table, in bytes: [`Config::table_bytes`] of a power of two from 1024 to 131072 distinct
     /// pages that pixels may ask for; beyond them all requests are coarsened.
+    /// Default: that of 32768.
     pub page_table_bytes: u64,
     /// Share of the atlas, in percent, that a frame leaves to pages of earlier frames; 0 to 50. A small one keeps pages that
     /// come and go with a pixel's jitter from being drawn again and again.
+    /// Default: 10.
     pub spare_percent: u32,
     /// Most layers of the atlas drawn in a frame, 16 to 4096. A page that moving casters touch has two layers. What is put
     /// off is served by coarser pages meanwhile.
+    /// Default: 192.
     pub pages_per_frame: u32,
     /// The same for frames in which the light turned, 16 to 4096; the lesser of the two holds. A turning light makes coarse
     /// pages with many casters be drawn, which cost more than the few fine ones that a moving camera asks for.
+    /// Default: 96.
     pub sun_pages_per_frame: u32,
     /// Most (cluster, page) pairs drawn in a frame, 1024 to 2097152; beyond it coarser pages serve. At least
     /// [`Config::least_pairs`]. 44 bytes a pair, twice.
+    /// Default: 131072.
     pub pair_capacity: u32,
     /// What drawing a page costs beside its pairs, as a number of pairs: the constant part of the cost by which pages are
     /// served. 0 to 1024.
+    /// Default: 16.
     pub page_cost: u32,
     /// Frames without a change after which a caster of policy [`crate::CastPolicy::Auto`] is cached again; 1 to 10000.
+    /// Default: 16.
     pub still_frames: u32,
     /// Texels of the page that serves by which cached shadows may be off while the light turns; 0 to 16. The bound holds for
     /// the casters farthest from the origin; others are off by less. Such pages are looked up with as much more depth bias.
     /// Once the light rests, all pages are exact again within 32 frames. At 0 every turn of the light draws all pages anew.
+    /// Default: 0.5.
     pub drift_texels: f32,
     /// Frames of which [`crate::Engine::counters`] are kept, 1 to 16: as many as the host has in flight before it asks.
+    /// Default: 3.
     pub frames_in_flight: u32,
     /// Whether pages are kept from frame to frame. Without it every frame draws what it needs, without a limit of pages.
+    /// Default: true.
     pub cache: bool,
     /// GPU time in milliseconds towards which [`crate::Engine::steer`] steers pages per frame and level bias; 0: none.
+    /// Default: 0.
     pub target_ms: f32,
-    /// Room for the indices of culled clusters; beyond it whole clusters are drawn.
+    /// Room for the indices of culled clusters, 0 to 31457280: four bytes each at the end of [`crate::SceneBuffers::indices`].
+    /// Beyond it whole clusters are drawn, which is slower and right; [`crate::Counters::indices`] tells how many a frame asked for.
+    /// Default: 6291456.
     pub index_capacity: u32,
     /// Threads that cull the triangles of one (cluster, page) pair: a power of two, 8 to 128. On GPUs 64; a CPU driver
     /// such as lavapipe pays for each thread of a group and is fastest at 16.
+    /// Default: 64.
     pub cull_group: u32,
     /// Depth bias beyond the receiver plane's: this times (a texel of the page plus a quarter of the receiver's depth
     /// change across it); with a filter also times half its taps. 0 to 16.
+    /// Default: 1.
     pub bias_texels: f32,
 }
 

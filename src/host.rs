@@ -77,7 +77,8 @@ pub struct SceneBuffers {
     /// 12 bytes a vertex: `vec2` texture coordinate, RGBA8 colour ([`crate::Attributes`]). Needed where anything is alpha
     /// tested.
     pub attributes: Option<vk::Buffer>,
-    /// 32-bit absolute indices, three a triangle, followed by room for `Config::index_capacity` more.
+    /// 32-bit absolute indices, three a triangle, followed by room for [`crate::Config::index_capacity`] more, which the engine
+    /// writes: (`index_count` + `index_capacity`) * 4 bytes.
     pub indices: vk::Buffer,
     /// Number of indices before that room.
     pub index_count: u32,
@@ -94,9 +95,9 @@ pub struct SceneBuffers {
     pub instance_count: u32,
     /// [`crate::gpu::structs::MeshBounds`] structs.
     pub meshes: vk::Buffer,
-    /// `Material` structs.
+    /// `Material` structs, at least one.
     pub materials: vk::Buffer,
-    /// RGBA8 texels.
+    /// RGBA8 texels; any buffer of 4 bytes and more where nothing is textured.
     pub texels: vk::Buffer,
     /// For ray queries: the device address (64 bits) of a bottom-level acceleration structure for each mesh, over its
     /// triangles in the order of its indices, in one geometry. The host builds them and, where a mesh deforms, builds or
@@ -114,7 +115,8 @@ pub struct SceneBuffers {
     pub caster_count: u32,
     /// Whether any instance is alpha tested.
     pub alpha_tested: bool,
-    /// Lower corner of the casters' bounds at all times, relative to the scene's origin, which lies best in their middle.
+    /// Lower corner of the casters' bounds at all times, relative to the scene's origin, which lies best in their middle. Parts of
+    /// casters beyond them may cast nothing.
     pub bounds_min: [f64; 3],
     /// Upper corner.
     pub bounds_max: [f64; 3],
@@ -128,6 +130,11 @@ impl SceneBuffers {
             let (field, given) = ("attributes", "none, with alpha-tested casters".into());
             return Err(Error::Limit { field, given, limit: "texture coordinates and colours of all vertices".into() });
         }
+        let (low, high) = (self.bounds_min, self.bounds_max);
+        if !(0..3).all(|i| low[i].is_finite() && high[i].is_finite() && low[i] <= high[i]) {
+            let given = format!("{low:?} to {high:?}");
+            return Err(Error::Limit { field: "bounds", given, limit: "finite, the lower corner first".into() });
+        }
         Ok(())
     }
 
@@ -137,7 +144,8 @@ impl SceneBuffers {
     }
 }
 
-/// How the host uses an image before the engine's commands and after them.
+/// How the host uses an image before the engine's commands and after them. One value serves both: a host that, for instance,
+/// draws a depth image before and samples it after joins the stages and accesses of both, and finds the image in one layout.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ImageUse {
     /// The layout in which the engine finds and leaves the image.
@@ -227,6 +235,16 @@ impl HostImage {
         if self.used.is_sampled() { self.used.layout } else { vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL }
     }
 
+    /// By how much depths of a format of integers are rounded; those of floats by a share of themselves.
+    pub(crate) fn rounding(&self) -> f32 {
+        use vk::Format as F;
+        match self.format {
+            F::D16_UNORM | F::D16_UNORM_S8_UINT => 0.5 / 65_535.0,
+            F::X8_D24_UNORM_PACK32 | F::D24_UNORM_S8_UINT => 0.5 / 16_777_215.0,
+            _ => 0.0,
+        }
+    }
+
     /// All aspects of the format.
     pub(crate) fn aspect(&self) -> vk::ImageAspectFlags {
         gpu::aspects(self.format)
@@ -250,7 +268,9 @@ impl HostImage {
 pub struct ReceiverImages {
     /// Depth of the nearest surface: D16, X8_D24, D24_S8, D32 or D32_S8, of any perspective projection. Texels of the far
     /// end (0 where nearer is greater, else 1) are no surface. D32 with nearer greater is the only one that keeps
-    /// shadows of far surfaces as good as those of near ones.
+    /// shadows of far surfaces as good as those of near ones: with others a surface at distance d is known to about
+    /// d^2 / (near * 2^bits), 2^16 and 2^24 for integers, 2^23 for floats with nearer less. Receivers are moved towards the eye by as
+    /// much, so that they do not shadow themselves; shadows that touch their casters end by as much too early.
     pub depth: HostImage,
     /// R32_UINT: geometric normal towards the eye in world space, octahedral, two 16-bit signed fractions (see
     /// [`encode_normal`]). Without it normals come from the depths of neighbours: a pixel with a foreign surface on
@@ -293,11 +313,13 @@ impl Receivers<'_> {
 pub struct FrameInput {
     /// World position of the eye.
     pub eye: DVec3,
-    /// Rows: right, up and backward (against the view direction), unit vectors in world space at right angles. A mirror's view
-    /// may be left-handed.
+    /// Rows: right, up and backward (against the view direction), unit vectors in world space at right angles: of columns,
+    /// `DMat3::from_cols(right, up, backward).transpose()`. A mirror's view may be left-handed.
     pub view_from_world: DMat3,
     /// Vulkan clip space (y down) from view space: any perspective projection without a shear of depth, whether nearer
-    /// is less or greater, to infinity or not, off centre (jitter, stereo) or not.
+    /// is less or greater, to infinity or not, off centre (jitter, stereo) or not. A matrix made for OpenGL has y up: negate
+    /// its second row (`DMat4::from_scale(DVec3::new(1.0, -1.0, 1.0)) * matrix`), also where the host turns the image over by a
+    /// viewport of negative height.
     pub clip_from_view: DMat4,
     /// World position of the scene's origin.
     pub origin: DVec3,

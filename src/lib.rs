@@ -11,7 +11,8 @@
 //!
 //! **2. Casters.** [`Meshes::new`] cuts the triangles of meshes into clusters, once, on the CPU. Upload what it made, the
 //! vertices, an [`Instance`] for each placement and at least one [`Material`] into buffers of your own, and name these in
-//! [`SceneBuffers`]. Positions are relative to the scene's origin, which lies best in the middle of the casters.
+//! [`SceneBuffers`] (all its fields are below). Positions are relative to the scene's origin, which lies best in the middle of the
+//! casters.
 //!
 //! What the engine's draws cannot show (foliage in the wind, tessellation, displacement) the host draws with its own pipelines:
 //! flag such instances [`HOST_DRAWN`], give each a mesh of bounds ([`Meshes::add_bounds`]) and a draw command
@@ -38,24 +39,59 @@
 //! **7. Move.** Between frames change instances, positions and bounds in your buffers, and raise the revision of what
 //! casts differently ([`CastPolicy`]); pages of earlier frames stay where nothing changed. [`Engine::set_light`] moves lights.
 //!
+//! At first the atlas is empty, and [`Config::pages_per_frame`] bounds what a frame draws: coarser pages serve for up to ten
+//! frames. Where that must not be seen (a cut behind a loading screen, tests) record a few frames first, or raise it.
+//!
 //! **8. Tune.** [`Engine::counters`] tells what a finished frame asked for, drew, put off and refused, [`Engine::memory`] what
 //! it holds; [`Engine::steer`] keeps frames at [`Config::target_ms`]. Every field of [`Config`] says what it costs;
 //! `docs/settings.md` has measured curves of them.
 //!
 //! **9. Debug.** Every object and pass is named where [`HostDevice::debug_utils`] is set. What looks wrong: shadows that
 //! stay behind, an instance changed without its revision; nothing but shadow, a depth image whose far end is taken for a surface
-//! (check which end `clip_from_view` makes near); acne with normals from depth, give geometric normals or
-//! raise [`Config::bias_texels`]; coarse shadows, [`Counters::refused`] and [`Counters::shift`], so
+//! (check which end `clip_from_view` makes near); shadows that swim with the camera or lie upside down, a `view_from_world` of columns
+//! or a `clip_from_view` with y up ([`FrameInput`]); a caster without a shadow, one outside of
+//! the bounds, or a mesh of bounds ([`Meshes::add_bounds`]) whose instance is not [`HOST_DRAWN`]; acne with normals from depth, give
+//! geometric normals or raise [`Config::bias_texels`]; contact shadows that end early, depth of few bits
+//! ([`ReceiverImages::depth`]); coarse shadows, [`Counters::refused`] and [`Counters::shift`], so
 //! more [`Config::atlas_bytes`] or [`Config::page_table_bytes`].
 //!
 //! ```no_run
 //! # use umbrage::*;
-//! # fn host(device: HostDevice, buffers: SceneBuffers, images: ReceiverImages, camera: Camera, cmd: ash::vk::CommandBuffer)
-//! # -> Result<(), Error> {
+//! # use ash::vk::{Buffer, BufferUsageFlags as U};
+//! # fn upload<T: bytemuck::Pod>(data: &[T], usage: U) -> Buffer { unimplemented!() }
+//! # fn host(device: HostDevice, positions: Vec<[f32; 3]>, box_indices: Vec<u32>, images: ReceiverImages, camera: Camera,
+//! # cmd: ash::vk::CommandBuffer) -> Result<(), Error> {
+//! // one mesh, placed twice; `upload` stands for your own way to make a buffer, always with STORAGE_BUFFER usage
+//! let meshes = Meshes::new(&positions, &[&box_indices])?;
+//! let place = |x: f64| Instance::new(&glam::DAffine3::from_translation(glam::DVec3::new(x, 0.0, 0.0)), 0, 0);
+//! let instances = [place(-2.0), place(2.0)];
+//! let index_capacity = 1 << 20;
+//! let mut indices = meshes.indices.clone();
+//! indices.resize(indices.len() + index_capacity as usize, 0);
+//! let buffers = SceneBuffers {
+//!     positions: upload(&positions, U::VERTEX_BUFFER),
+//!     position_layout: PositionLayout::PACKED,
+//!     attributes: None, // nothing is alpha tested
+//!     indices: upload(&indices, U::INDEX_BUFFER),
+//!     index_count: meshes.indices.len() as u32,
+//!     clusters: upload(&meshes.clusters, U::empty()),
+//!     meshlets: upload(&meshes.meshlets, U::empty()),
+//!     instances: upload(&instances, U::empty()),
+//!     instance_count: instances.len() as u32,
+//!     meshes: upload(&meshes.meshes, U::empty()),
+//!     materials: upload(&[Material::WHITE], U::empty()),
+//!     texels: upload(&[0u32], U::empty()),
+//!     shapes: None,     // no ray queries
+//!     host_draws: None, // the engine draws all casters
+//!     caster_count: meshes.caster_count(instances.iter().map(|i| i.mesh)),
+//!     alpha_tested: false,
+//!     bounds_min: [-3.0, -1.0, -1.0], // of all casters, wherever they move
+//!     bounds_max: [3.0, 1.0, 1.0],
+//! };
 //! let size = [1920, 1080];
 //! let views = [Receivers { size, images: &[images], mask: ImageUse::SAMPLED }];
 //! // SAFETY: the handles are valid and outlive the engine
-//! let mut engine = unsafe { Engine::new(&device, &Config::new(size), &buffers, &views)? };
+//! let mut engine = unsafe { Engine::new(&device, &Config { index_capacity, ..Config::new(size) }, &buffers, &views)? };
 //! let sun = engine.add_light(&Light::directional(glam::DVec3::new(0.3, -1.0, 0.2)))?;
 //! // each frame, after the camera pass
 //! let input = FrameInput::new(&camera, size, glam::DVec3::ZERO);

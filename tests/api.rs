@@ -124,3 +124,33 @@ fn the_surface_is_the_committed_one() {
     let added: Vec<_> = new.iter().filter(|line| !old.contains(line)).collect();
     assert!(before == now, "api.txt: gone {gone:#?}, added {added:#?}; UPDATE_API=1 writes it anew");
 }
+
+/// Defaults are documented where a host looks for them: at each field.
+#[test]
+fn documented_defaults_are_those_of_the_code() {
+    let source = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/src/config.rs")).unwrap();
+    let values = format!("{:?}", umbrage::Config::new([1, 1]));
+    let mut lines = source.lines().map(str::trim);
+    let mut checked = 0;
+    while let Some(line) = lines.next() {
+        let Some(documented) = line.strip_prefix("/// Default: ").and_then(|rest| rest.strip_suffix('.')) else {
+            continue;
+        };
+        let field = lines.next().and_then(|line| line.strip_prefix("pub ")).expect("a field follows its default");
+        let name = field.split(':').next().unwrap();
+        let value = values.split(&format!("{name}: ")).nth(1).unwrap().split([',', ' ']).next().unwrap();
+        let documented = match documented {
+            "64 MiB" => (64u64 << 20).to_string(),
+            "that of 32768" => umbrage::Config::table_bytes(32768).to_string(),
+            link if link.starts_with('[') => link.rsplit(':').next().unwrap().trim_end_matches(['`', ']']).to_owned(),
+            plain => plain.to_owned(),
+        };
+        assert!(
+            value == documented || value == format!("{documented}.0"),
+            "{name} is {value}, documented {documented}"
+        );
+        checked += 1;
+    }
+    // all fields but the size
+    assert_eq!(checked, values.matches(": ").count() - 1);
+}

@@ -1,9 +1,10 @@
 // Shadows in a host's own shader: fragment, compute or any other. Define UMBRAGE_SET, the number at which
 // `Engine::lookup(view).set` is bound, before the include, and as an option UMBRAGE_FILTER (1 regular, 2 Poisson disc, 3 bilinear;
 // as `Filter`) with UMBRAGE_TAPS (2 to 9), for which `Config::gutter` must have room. Needs GL_GOOGLE_include_directive and
-// the folder of this one and `shared` as an include path. All it declares begins with umbrage_ or Umbrage.
+// the folder `glsl` as an include path (glslangValidator -V --target-env vulkan1.2 -I<crate>/glsl ...). All it declares begins with umbrage_ or Umbrage.
 //
-// World space has the axes of the host's; positions are relative to the eye of the view's frame.
+// World space has the axes of the host's; positions are relative to the eye of the view's frame. On edges the mask may differ: rays
+// may have decided it, and derivatives of a shader's triangle need not be those of the surface.
 
 #ifndef UMBRAGE_FILTER
 #define UMBRAGE_FILTER 0

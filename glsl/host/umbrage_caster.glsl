@@ -1,7 +1,8 @@
 // Casters that the host draws with pipelines of its own into the pages of the shadow map: vertex or tessellation evaluation
 // shader. Define UMBRAGE_CASTER_SET, the number at which `Engine::casters().set` is bound, before the include. Needs
-// GL_GOOGLE_include_directive, GL_ARB_shader_viewport_layer_array (for gl_Layer) and the folder of this one and `shared` as an
-// include path. All it declares begins with umbrage_ or Umbrage. Not together with umbrage.glsl in one shader.
+// GL_GOOGLE_include_directive, GL_ARB_shader_viewport_layer_array (for gl_Layer) and the folder `glsl` as an include path:
+//     glslangValidator -V --target-env vulkan1.2 -I<crate>/glsl ...
+// (older targets make of gl_Layer an extension that is not enabled). All it declares begins with umbrage_ or Umbrage. Not together with umbrage.glsl in one shader.
 //
 //     gl_Position = umbrage_caster_position(gl_InstanceIndex, umbrage_caster_vector(gl_InstanceIndex, position));
 //     gl_Layer = umbrage_caster_layer(gl_InstanceIndex);

@@ -30,7 +30,7 @@ struct Frame {
     vec4 ray_dx;         // its change per pixel to the right; w: see ray_corner
     vec4 ray_dy;         // its change per pixel down; w: derivatives are stored divided by (depth * w)
     vec4 eye;            // relative to the scene's origin
-    vec4 eye_low;        // what single precision left of that
+    vec4 eye_low;        // xyz: what single precision left of that, w: by how much stored depths are rounded
     uvec4 size;          // xy: image size in pixels, z: level rule (0 area, 1 min_length), w: first record of the view's lights
     uvec4 lights;        // x: slots of lights in use, y: whether any of them has a place, z: texels of a page's gutter, w: bit 0 whether levels are blended, 1 whether ranges of layers are known
     uvec4 cache;         // x: FORGET_PAGES and FORGET_CASTERS, y: number of the frame, z: frames a caster must stand still to be cached, w: cost of a page in pairs

@@ -5,8 +5,14 @@ vec3 pixel_ray(Frame frame, uvec2 pixel) {
     return frame.ray_corner.xyz + centre.x * frame.ray_dx.xyz + centre.y * frame.ray_dy.xyz;
 }
 
-// Distance along the view direction from a depth value of the camera's projection.
-float linear_depth(Frame frame, float depth) { return frame.ray_corner.w / (depth + frame.ray_dx.w); }
+// Distance along the view direction from a depth value of the camera's projection. Rounded values of few bits, or of a near plane
+// close by, say it roughly: then the least that it may be, so that no surface lies before its receiver and shadows it.
+float linear_depth(Frame frame, float depth) {
+    float at = frame.ray_corner.w / (depth + frame.ray_dx.w);
+    float moved = at * at / abs(frame.ray_corner.w) * (frame.eye_low.w + 1.2e-7 * abs(depth));
+    // a few roundings of the distance itself are borne anyway
+    return at - clamp(moved - 4.8e-7 * at, 0.0, 0.5 * at);
+}
 
 // Whether a depth value is that of a surface: not the far end of reversed (1 to 0) or of other (0 to 1) depth.
 bool is_surface(Frame frame, float depth) { return frame.ray_corner.w > 0.0 ? depth > 0.0 : depth < 1.0; }

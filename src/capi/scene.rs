@@ -37,7 +37,8 @@ pub struct UmbrageScene {
     pub positions: VkBuffer,
     /// UmbrageAttributes, one a vertex. VK_NULL_HANDLE where nothing is alpha tested.
     pub attributes: VkBuffer,
-    /// 32-bit absolute indices, three a triangle (UmbrageMeshData), followed by room for index_capacity more.
+    /// 32-bit absolute indices, three a triangle (UmbrageMeshData), followed by room for index_capacity more, which the
+    /// engine writes: (index_count + index_capacity) * 4 bytes.
     pub indices: VkBuffer,
     /// UmbrageCluster structs.
     pub clusters: VkBuffer,
@@ -49,7 +50,7 @@ pub struct UmbrageScene {
     pub meshes: VkBuffer,
     /// UmbrageMaterial structs.
     pub materials: VkBuffer,
-    /// RGBA8 texels; at least one.
+    /// RGBA8 texels; any buffer of 4 bytes and more where nothing is textured.
     pub texels: VkBuffer,
     /// For ray queries, else VK_NULL_HANDLE: the device address (64 bits) of a bottom-level acceleration structure for
     /// each mesh, over its triangles in the order of its indices, in one geometry.

@@ -234,16 +234,22 @@ impl Engine {
     /// # Safety
     /// `cmd` must be recording outside of rendering, on a queue with graphics and compute; every recorded frame of an engine
     /// must run, once, in the order of recording and on one queue (else call [`Engine::forget`]). Any number of frames may
-    /// be in flight. What the host changes in its buffers is ordered before the commands and after those of the frame before.
+    /// be in flight. What the host changes in its buffers is ordered before the commands and after those of the frame before: the
+    /// engine reads them in compute and vertex shaders and as vertices and indices, and writes `indices` and
+    /// `host_draws` in compute shaders.
+    ///
+    /// lavapipe (22.3, 25.0) holds indirect draws that the host records after these commands in the same command buffer to the
+    /// engine's count of draws: draw directly there, or in another command buffer.
     pub unsafe fn record(&mut self, cmd: vk::CommandBuffer, inputs: &[FrameInput]) -> Result<FrameId, Error> {
         self.record_timed(cmd, inputs, None, None)
     }
 
     /// As [`Engine::record`], for scenes with casters that the host draws ([`SceneBuffers::host_draws`]): `draw` is called once,
     /// while the frame is recorded, where their draws belong. It binds pipelines of the host's own with
-    /// [`Engine::casters`] in their layout and `glsl/host/umbrage_caster.glsl` in their vertex or tessellation evaluation shader, and
-    /// records `vkCmdDrawIndexedIndirect` from [`SceneBuffers::host_draws`], of one instance or of several that follow each
-    /// other.
+    /// [`Engine::casters`] (asked before) in their layout and `glsl/host/umbrage_caster.glsl` in their vertex or tessellation
+    /// evaluation shader, and records `vkCmdDrawIndexedIndirect` from [`SceneBuffers::host_draws`], of one instance or of several
+    /// that follow each other: instance `i` at byte `20 * i`. Other sets, push constants, vertex and index buffers are the
+    /// host's own business.
     ///
     /// The commands lie inside of dynamic rendering into a D32_SFLOAT depth attachment of many layers, without colour,
     /// of one sample; viewport and scissor are set, for pipelines that have them as dynamic state. Depth is tested
@@ -285,7 +291,7 @@ impl Engine {
         if given == views {
             return Ok(());
         }
-        let limit = format!("{views}, as the engine was made");
+        let limit = format!("{views}, as many as the engine was made with");
         Err(Error::Limit { field: "views", given: given.to_string(), limit })
     }
 
@@ -298,8 +304,8 @@ impl Engine {
     ) -> Result<FrameId, Error> {
         self.check_views(inputs.len())?;
         if self.scene.host_draws.is_some() && draw.is_none() {
-            let given = "given, and nothing draws them".into();
-            return Err(Error::Limit { field: "host_draws", given, limit: "none, or frames by record_with".into() });
+            let given = "recorded without a callback that draws them".into();
+            return Err(Error::Limit { field: "host_draws", given, limit: "record_with, or no host_draws".into() });
         }
         inputs.iter().zip(&self.views).try_for_each(|(input, view)| view.check_images(input.images))?;
         let first = self.history.frame == 0;
@@ -350,7 +356,9 @@ impl Engine {
         data.images.clear();
         data.lights.clear();
         for (input, view) in inputs.iter().zip(&self.views) {
-            data.constants.push(constants::constants(&self.config, view.size, &self.scene, input, next)?);
+            let mut constants = constants::constants(&self.config, view.size, &self.scene, input, next)?;
+            constants.eye_low[3] = view.gradients[input.images].0.depth.rounding();
+            data.constants.push(constants);
             data.images.push(input.images);
             self.lights.records(&self.config, &self.scene, input, next, &mut data.lights)?;
         }
@@ -401,7 +409,9 @@ impl Engine {
     }
 
     /// What shaders of the host bind to look shadows up themselves in a view, after the commands of its frame and before
-    /// those of the next: `glsl/host/umbrage.glsl`. Vertex, fragment and compute shaders may. Changed by [`Engine::resize`].
+    /// those of the next: `glsl/host/umbrage.glsl`. Vertex, fragment and compute shaders may. [`Engine::resize`] makes others: layouts of the same
+    /// kind, so that pipelines stay valid, but the handles are gone. On edges lookups and the mask differ where rays decided the
+    /// mask, and where a shader's derivatives are not those of the surface.
     ///
     /// # Panics
     /// When there is no such view.
@@ -411,15 +421,17 @@ impl Engine {
     }
 
     /// What pipelines of the host bind to draw casters in [`Engine::record_with`]: `glsl/host/umbrage_caster.glsl`; `None`
-    /// without [`SceneBuffers::host_draws`].
+    /// without [`SceneBuffers::host_draws`]. It stays as long as the engine.
     pub fn casters(&self) -> Option<ShaderSet> {
         self.tiles.host_set().map(|(layout, set)| ShaderSet { layout, set })
     }
 
-    /// The mask of a view, of its size: an array of R32_UINT images with [`Config::mask_bits`] for each light, in the order of slots from
+    /// The mask of a view, of its size, and a view of all its layers (`usampler2DArray`, or `uimage2DArray`): R32_UINT images of usage
+    /// `SAMPLED`, `STORAGE` and `TRANSFER_SRC` with [`Config::mask_bits`] for each light, in the order of slots from
     /// the lowest bits of the first layer. 1 lit, 0 shadowed or not reached by the light, 1 where there is no surface, shares with
     /// a filter or several samples a pixel. With
-    /// 32 bits the words are floats, and layer `i` is the light of slot `i`. Slots without a light mean nothing.
+    /// 32 bits the words are floats (`uintBitsToFloat`), and layer `i` is the light of slot `i`; with fewer, slot `i` has the bits from
+    /// `i * mask_bits % 32` on in layer `i * mask_bits / 32`. Slots without a light mean nothing. [`Engine::resize`] makes others.
     ///
     /// # Panics
     /// When there is no such view.

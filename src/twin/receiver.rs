@@ -15,9 +15,11 @@ pub fn pixel_ray(frame: &Frame, pixel: [u32; 2]) -> Vec3 {
     xyz(frame.ray_corner) + centre.x * xyz(frame.ray_dx) + centre.y * xyz(frame.ray_dy)
 }
 
-/// Distance along the view direction from a depth value of the camera's projection.
+/// Distance along the view direction from a depth value of the camera's projection, the least that its rounding allows.
 pub fn linear_depth(frame: &Frame, depth: f32) -> f32 {
-    frame.ray_corner[3] / (depth + frame.ray_dx[3])
+    let at = frame.ray_corner[3] / (depth + frame.ray_dx[3]);
+    let moved = at * at / frame.ray_corner[3].abs() * (frame.eye_low[3] + 1.2e-7 * depth.abs());
+    at - (moved - 4.8e-7 * at).clamp(0.0, 0.5 * at)
 }
 
 /// Whether a depth value is that of a surface.

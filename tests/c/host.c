@@ -104,6 +104,9 @@ static void refused_engines(const UmbrageDevice *host, const UmbrageConfig *conf
     empty.position_offset = 12;
     REFUSED(umbrage_engine_create(host, config, &empty, view, 1, &engine), UMBRAGE_ERROR_LIMIT, "position_layout");
     empty = *scene;
+    empty.bounds_max[1] = -50.0;
+    REFUSED(umbrage_engine_create(host, config, &empty, view, 1, &engine), UMBRAGE_ERROR_LIMIT, "bounds is");
+    empty = *scene;
     empty.position_format = 3;
     REFUSED(umbrage_engine_create(host, config, &empty, view, 1, &engine), UMBRAGE_ERROR_LIMIT, "position_format is 3");
     empty = *scene;
@@ -289,7 +292,7 @@ int main(void) {
     VkImageView image_view;
     CHECK(umbrage_mask(beside, 0, &image, &image_view));
     begin();
-    REFUSED(umbrage_record(beside, commands, &input, 1, NULL), UMBRAGE_ERROR_LIMIT, "nothing draws them");
+    REFUSED(umbrage_record(beside, commands, &input, 1, NULL), UMBRAGE_ERROR_LIMIT, "without a callback");
     CHECK(umbrage_prepass_record(prepass, commands, &input, draws, 2));
     CHECK(umbrage_record_with(beside, commands, &input, 1, draw_casters, &casters, NULL));
     read_back(image, result);

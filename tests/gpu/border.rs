@@ -144,14 +144,30 @@ fn depth_of_every_format_and_direction() {
         ("16 bits, nearer is less", F::D16_UNORM, between(2.0, 20.0), 0.2),
         ("16 bits, reversed", F::D16_UNORM, between(20.0, 2.0), 0.2),
     ];
-    let config = Config { exact: true, ..Config::new(SIZE) };
-    let first = umbrage::lab::foreign::visibility(&lab, &config, F::D32_SFLOAT, own).unwrap();
+    let seen = |format, clip, exact| {
+        let config = Config { exact, ..Config::new(SIZE) };
+        umbrage::lab::foreign::visibility(&lab, &config, format, clip).unwrap()
+    };
+    let first = seen(F::D32_SFLOAT, own, true);
     for (case, format, clip, most) in cases {
-        let got = umbrage::lab::foreign::visibility(&lab, &config, format, clip).unwrap();
+        let got = seen(format, clip, true);
         let error = compare(&got, &reference).unwrap();
         let apart = got.iter().zip(&first).filter(|(a, b)| a != b).count();
         println!("{case}: {apart} pixels differ, mismatch {} %, off_edge {} %", error.mismatch, error.off_edge);
         assert!(100.0 * apart as f64 <= most * got.len() as f64, "{case}: {apart} pixels differ");
     }
     assert!(first.contains(&0.0) && first.contains(&1.0));
+    // a near plane so close that depths say little: surfaces must not shadow themselves
+    for (format, near) in [(F::D16_UNORM, 0.2), (F::D24_UNORM_S8_UINT, 0.005), (F::D32_SFLOAT, 0.005)] {
+        for (exact, clip) in
+            [(false, between(near, 100.0)), (true, between(near, 100.0)), (false, between(100.0, near))]
+        {
+            let error = compare(&seen(format, clip, exact), &reference).unwrap();
+            println!(
+                "{format:?}, near {near}, exact {exact}: mismatch {} %, off_edge {} %",
+                error.mismatch, error.off_edge
+            );
+            assert!(error.off_edge < 0.05, "{format:?}, near {near}, exact {exact}: {error:?}");
+        }
+    }
 }

@@ -146,7 +146,7 @@ fn casters_of_the_host_must_be_drawn() {
             let refused = unsafe { engine.record(cmd, &[input]) }.unwrap_err().to_string();
             assert_eq!(
                 refused,
-                "host_draws is given, and nothing draws them, allowed is none, or frames by record_with"
+                "host_draws is recorded without a callback that draws them, allowed is record_with, or no host_draws"
             );
             let mut calls = 0;
             // SAFETY: as above
