@@ -321,6 +321,48 @@ pub struct Slices {
     pub splits: [f32; 9],
 }
 
+/// A warp of a map; see `glsl/methods/warp.glsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct WarpRecord {
+    pub bounds: [u32; 4],
+    pub slopes: [u32; 2],
+    pub depths: [u32; 2],
+    pub costs: [u32; 2],
+    pub middle: f32,
+    pub line: f32,
+    pub distance: f32,
+    pub extent: f32,
+    pub warped: u32,
+    pub pad: u32,
+    pub fit: Fit,
+}
+
+/// Push constants of `methods/warp_measure.comp`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct WarpMeasure {
+    pub axis: [f32; 2],
+    pub step: u32,
+    pub resolution: f32,
+}
+
+/// Push constants of `methods/warp_choose.comp`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct WarpPush {
+    pub axis: [f32; 2],
+    pub step: u32,
+    pub resolution: f32,
+    pub border: f32,
+    pub sine: f32,
+    pub parameter: f32,
+    pub always: u32,
+}
+
 /// A light that the window shades with; see `glsl/window/palette.glsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]

@@ -1,7 +1,7 @@
 //! Cascaded shadow maps (Engel 2006; Zhang et al. 2006; book, 4.3.1): the visible depths are divided into slices, and each
 //! slice has a map of its own. Slices and maps are fitted to the visible samples (Lauritzen et al. 2011) or to the frustum.
 
-use super::map::{self, Given, Map, Screen, Shape};
+use super::map::{self, Given, Map, Screen, Shape, Step};
 use super::map_fit::{across, frustum_in_box};
 use super::{FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
 use crate::engine::constants::light_axes;
@@ -156,7 +156,11 @@ impl Method for Csm {
             let (fits, slices) = self.frustum_fits(lab)?;
             Given { light, fits: Some(fits), slices }
         };
-        let slice = |cmd| self.slice(lab, cmd);
+        let slice = |step, cmd| {
+            if step == Step::Slice {
+                self.slice(lab, cmd);
+            }
+        };
         let camera = lab.camera_constants()?;
         lab.frame(|cmd, timer| map::record((lab, &camera), (cmd, timer), &self.screen, &self.map, &[given], slice))
     }

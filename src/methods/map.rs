@@ -63,10 +63,21 @@ impl Shape {
     }
 
     /// Texels around the samples that a layer holds too.
-    fn border(&self) -> u32 {
+    pub(super) fn border(&self) -> u32 {
         // rounding keeps every sample inside
         if self.filter == Filter::Hard { 1 } else { 1 + self.filter.reach() }
     }
+}
+
+/// Moments of a frame at which a method may record passes of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Step {
+    /// Transfers, before anything else.
+    Reset,
+    /// Before the maps are fitted to the samples.
+    Slice,
+    /// After that; what is written is ordered before compute shaders.
+    Fitted,
 }
 
 /// What the CPU gives for a frame of one light.
@@ -75,6 +86,16 @@ pub(super) struct Given {
     /// One for each layer; `None` fits each to its samples.
     pub(super) fits: Option<Vec<Fit>>,
     pub(super) slices: Slices,
+}
+
+fn samples<'a>(screen: &'a Screen, light: &'a Buffer, slices: &'a Buffer) -> [Binding<'a>; 5] {
+    [
+        Binding::Uniform(&screen.frame),
+        Binding::Sampled(&screen.receivers.depth),
+        Binding::Sampled(&screen.receivers.planes),
+        Binding::Uniform(light),
+        Binding::Storage(slices),
+    ]
 }
 
 /// The map of one light and its visibility.
@@ -123,13 +144,7 @@ impl Map {
         let fits = storage("fits", size_of::<Fit>(), layers)?;
         let slices = storage("slices", size_of::<Slices>(), 1)?;
         let scene = lab.scene_buffers();
-        let samples = [
-            Binding::Uniform(&screen.frame),
-            Binding::Sampled(&screen.receivers.depth),
-            Binding::Sampled(&screen.receivers.planes),
-            Binding::Uniform(&light),
-            Binding::Storage(&slices),
-        ];
+        let samples = samples(screen, &light, &slices);
         let draw = [
             samples[3],
             Binding::Storage(&fits),
@@ -190,6 +205,16 @@ impl Map {
             visibility,
             gpu: gpu.clone(),
         })
+    }
+
+    /// What passes over the image read: `glsl/methods/sample.glsl`.
+    pub(super) fn samples<'a>(&'a self, screen: &'a Screen) -> [Binding<'a>; 5] {
+        samples(screen, &self.light, &self.slices)
+    }
+
+    /// The fit of each layer.
+    pub(super) fn fits(&self) -> &Buffer {
+        &self.fits
     }
 
     /// Visibility of the last frame.
@@ -267,14 +292,14 @@ pub(super) fn check_lights(lab: &Lab, maps: &[Map]) -> Result<(), LabError> {
     Ok(())
 }
 
-/// Records a frame of all lights; `slice` records how their depths are divided, before the fits.
+/// Records a frame of all lights; `steps` records what a method has of its own.
 pub(super) fn record(
     (lab, camera): (&Lab, &Frame),
     (cmd, timer): (vk::CommandBuffer, &mut Timer),
     screen: &Screen,
     maps: &[Map],
     given: &[Given],
-    slice: impl FnOnce(vk::CommandBuffer),
+    steps: impl Fn(Step, vk::CommandBuffer),
 ) {
     use Access::*;
     let device = &lab.gpu().device;
@@ -287,6 +312,7 @@ pub(super) fn record(
     // SAFETY: the command buffer is recording; the data is smaller than 64 KiB
     unsafe { device.cmd_update_buffer(cmd, screen.frame.raw, 0, bytemuck::bytes_of(camera)) };
     maps.iter().zip(given).for_each(|(map, given)| map.write(cmd, given));
+    steps(Step::Reset, cmd);
     sync::barrier(
         device,
         cmd,
@@ -297,12 +323,14 @@ pub(super) fn record(
     screen.receivers.record_written(device, cmd);
     timer.mark(cmd, "gradient");
     if fitted().next().is_some() {
-        slice(cmd);
+        steps(Step::Slice, cmd);
         fitted().for_each(|map| map.measure.dispatch(cmd, &(), screen.columns()));
         sync::barrier(device, cmd, &[(ComputeWrite, ComputeRead)]);
         fitted().for_each(|map| {
             map.choose.dispatch(cmd, &[map.shape.side, map.shape.border()].map(|v| v as f32), [map.shape.layers, 1, 1])
         });
+        sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite)]);
+        steps(Step::Fitted, cmd);
         sync::barrier(device, cmd, &[(ComputeWrite, ComputeRead), (ComputeWrite, GraphicsRead)]);
         timer.mark(cmd, "fit");
     }

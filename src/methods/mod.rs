@@ -1,15 +1,19 @@
 //! The methods of the literature behind one trait, on the same scene, camera, timers and reference.
 
 mod csm;
+mod lispsm;
 mod map;
 mod map_fit;
 mod map_light;
+mod psm;
 mod raytraced;
 mod rmsm;
 mod rmsm_pages;
 mod rmsm_pictures;
 mod spec;
+mod tsm;
 mod uniform;
+mod warp;
 
 pub use spec::MethodSpec;
 
@@ -160,7 +164,8 @@ pub trait Method {
 }
 
 /// All methods; the first is the default.
-pub static METHODS: &[MethodInfo] = &[rmsm::INFO, uniform::INFO, csm::INFO, raytraced::INFO];
+pub static METHODS: &[MethodInfo] =
+    &[rmsm::INFO, uniform::INFO, csm::INFO, lispsm::INFO, tsm::INFO, psm::INFO, raytraced::INFO];
 
 /// Checks name, keys and values without a device.
 ///
@@ -171,6 +176,9 @@ pub fn check(spec: &MethodSpec) -> Result<(), LabError> {
         "rmsm" => rmsm::config(spec, [1, 1]).map(|_| ()),
         "uniform" => uniform::check(spec),
         "csm" => csm::check(spec),
+        "lispsm" => lispsm::parse(spec).map(|_| ()),
+        "tsm" => tsm::parse(spec).map(|_| ()),
+        "psm" => psm::parse(spec).map(|_| ()),
         "raytraced" => raytraced::check(spec),
         name => {
             let names: Vec<_> = METHODS.iter().map(|m| m.name).collect();
@@ -189,6 +197,9 @@ pub fn create(spec: &MethodSpec, lab: &Lab) -> Result<Box<dyn Method>, LabError>
     Ok(match spec.name.as_str() {
         "uniform" => Box::new(uniform::Uniform::new(spec, lab)?),
         "csm" => Box::new(csm::Csm::new(spec, lab)?),
+        "lispsm" => Box::new(warp::Warp::new("lispsm", spec, lab, lispsm::parse(spec)?)?),
+        "tsm" => Box::new(warp::Warp::new("tsm", spec, lab, tsm::parse(spec)?)?),
+        "psm" => Box::new(warp::Warp::new("psm", spec, lab, psm::parse(spec)?)?),
         "raytraced" => Box::new(raytraced::Raytraced::new(spec)?),
         _ => Box::new(rmsm::Rmsm::new(spec, lab)?),
     })

@@ -142,7 +142,7 @@ impl Method for Uniform {
         };
         let given = lab.view().lights.iter().zip(&self.maps).map(given).collect::<Result<Vec<_>, LabError>>()?;
         let camera = lab.camera_constants()?;
-        lab.frame(|cmd, timer| map::record((lab, &camera), (cmd, timer), &self.screen, &self.maps, &given, |_| ()))
+        lab.frame(|cmd, timer| map::record((lab, &camera), (cmd, timer), &self.screen, &self.maps, &given, |_, _| ()))
     }
 
     fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {

@@ -1,0 +1,29 @@
+// A perspective warp of a parallel light's map (book, 4.2): texels shrink towards a line across the light, `distance` before the
+// nearest sample along `axis`, the view direction as the light sees it. The includer declares fit.glsl and WARP_BINDING.
+struct Warp {
+    uint bounds[4];   // of the samples, across and along: the greatest negated coordinates, the greatest coordinates; ordered bits
+    uint slopes[2];   // the same of across / along as seen from the line's middle
+    uint depths[2];   // of the depths from the camera: the greatest complement, the greatest
+    uint costs[2];    // sums over samples: texel by pixel, of the map as it was fitted and of the warped one
+    float middle;     // of the line, across
+    float line;       // coordinate of the line along the axis
+    float distance;   // from the line to the nearest sample
+    float extent;     // of the samples along the axis
+    uint warped;      // whether the warp serves
+    uint pad;
+    Fit fit;
+};
+
+layout(std430, binding = WARP_BINDING) buffer WarpBlock { Warp warp; };
+
+// Unsigned integers in the order of the floats; 0 is never produced.
+uint ordered(float v) {
+    uint bits = floatBitsToUint(v);
+    return (bits & 0x80000000u) != 0u ? ~bits : bits | 0x80000000u;
+}
+
+float unordered(uint bits) { return uintBitsToFloat((bits & 0x80000000u) != 0u ? bits & 0x7fffffffu : ~bits); }
+
+const uint STEP_BOUNDS = 0u;
+const uint STEP_SLOPES = 1u;
+const uint STEP_COSTS = 2u;

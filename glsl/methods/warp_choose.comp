@@ -1,0 +1,78 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "methods/fit.glsl"
+
+// Chooses the line of a warp, then fits the warped map to its samples, then decides whether it serves.
+layout(local_size_x = 1) in;
+layout(constant_id = 0) const uint RULE = 0u;  // RULE_*
+#define WARP_BINDING 0
+#include "methods/warp.glsl"
+layout(std430, binding = 1) buffer Fits { Fit fits[]; };
+layout(push_constant) uniform Push {
+    vec2 axis;
+    uint step;         // STEP_* whose measures are there
+    float resolution;
+    float border;      // texels
+    float sine;        // of the angle between view and light
+    float parameter;   // of the rule
+    uint always;       // 1: the warp serves even where it gains nothing
+};
+
+const uint RULE_LISPSM = 0u;  // the distance that spreads the error evenly (book, 4.17)
+const uint RULE_PSM = 1u;     // the line passes through the eye
+const uint RULE_TSM = 2u;     // the nearest `parameter` of the samples' extent gets four fifths of the map (Martin, Tan 2004)
+const uint RULE_GIVEN = 3u;   // `parameter`, world units
+
+void choose_line() {
+    vec2 low = -vec2(unordered(warp.bounds[0]), unordered(warp.bounds[1]));
+    vec2 high = vec2(unordered(warp.bounds[2]), unordered(warp.bounds[3]));
+    float extent = high.y - low.y;
+    float near = uintBitsToFloat(~warp.depths[0]);
+    float distance = parameter;
+    float middle = 0.5 * (low.x + high.x);
+    if (RULE == RULE_LISPSM) {
+        distance = (near + sqrt(near * (near + extent * sine))) / sine;
+    } else if (RULE == RULE_PSM) {
+        distance = low.y;
+        middle = 0.0;
+    } else if (RULE == RULE_TSM) {
+        distance = extent * 0.2 * parameter / (0.8 - parameter);
+    }
+    // no closer: nothing may lie on the line
+    warp.distance = max(distance, 1e-3 * extent);
+    warp.middle = middle;
+    warp.line = low.y - warp.distance;
+    warp.extent = extent;
+}
+
+// Rows of the map from across and along to [0, 1]^2: across over along, and what along has of the share of the map.
+void fit_warp() {
+    float n = warp.distance;
+    vec2 slopes = vec2(-unordered(warp.slopes[0]), unordered(warp.slopes[1]));
+    // w is 2 at the nearest sample, so that it is above 1 in the border too: stored depths stay below 1
+    vec3 across = vec3(axis.y, -axis.x, -warp.middle) * (2.0 / n);
+    vec3 along = vec3(axis, -warp.line) * (2.0 / n);
+    float grown = resolution / (resolution - 2.0 * border);
+    vec2 size = max(vec2(slopes.y - slopes.x, warp.extent / (n + warp.extent)), vec2(1e-6)) * grown;
+    vec2 low = 0.5 * (vec2(slopes.x + slopes.y, warp.extent / (n + warp.extent)) - size);
+    warp.fit.row_w = vec4(along, 0.0);
+    warp.fit.row_u = vec4((across - low.x * along) / size.x, 0.0);
+    // 1 - n / along: 0 at the nearest sample
+    warp.fit.row_v = vec4((along - vec3(0.0, 0.0, 2.0) - low.y * along) / size.y, 0.0);
+    warp.fit.texel = vec4(size * n / resolution, 0.0, 0.0);
+}
+
+void main() {
+    // without samples, or with a light along the view, there is no axis
+    if (warp.bounds[0] == 0u || sine < 1e-3) {
+        return;
+    }
+    if (step == STEP_BOUNDS) {
+        choose_line();
+    } else if (step == STEP_SLOPES) {
+        fit_warp();
+    } else if (always == 1u || warp.costs[1] < warp.costs[0]) {
+        warp.warped = 1u;
+        fits[0] = warp.fit;
+    }
+}

@@ -1,0 +1,96 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "shared/frame.glsl"
+#include "shared/receiver.glsl"
+#include "methods/fit.glsl"
+#include "methods/sample.glsl"
+
+// What choosing a warp needs of the visible samples that the light shines on. A thread walks down 32 pixels of a column.
+layout(local_size_x = 64) in;
+#define WARP_BINDING 5
+#include "methods/warp.glsl"
+layout(std430, binding = 6) readonly buffer Fits { Fit fits[]; };
+layout(push_constant) uniform Push {
+    vec2 axis;  // unit vector across the light
+    uint step;  // STEP_*
+    float resolution;
+};
+
+const uint ROWS = 32u;
+// Costs are those of every eighth pixel of every eighth row, in quarters, and count no more than this.
+const uint GRAIN = 8u;
+const float MOST = 1023.0;
+
+shared uint greatest[6];
+shared uint sums[2];
+
+// Side of a texel by the side of the pixel, both as squares of the same area. `pixel`: its area across the light.
+float cost(Fit fit, vec2 t, float pixel) {
+    float q = dot(fit.row_w.xyz, vec3(t, 1.0));
+    vec2 uv = vec2(dot(fit.row_u.xyz, vec3(t, 1.0)), dot(fit.row_v.xyz, vec3(t, 1.0))) / q;
+    vec2 u = (fit.row_u.xy - uv.x * fit.row_w.xy) / q, v = (fit.row_v.xy - uv.y * fit.row_w.xy) / q;
+    return min(inversesqrt(max(abs(u.x * v.y - u.y * v.x) * pixel, 1e-30)) / resolution, MOST);
+}
+
+void main() {
+    uint local = gl_LocalInvocationIndex;
+    if (local < 6u) {
+        greatest[local] = 0u;
+    }
+    if (local < 2u) {
+        sums[local] = 0u;
+    }
+    barrier();
+    vec4 most = vec4(-1e30);
+    vec2 depths = vec2(0.0, 1e30);
+    float costs[2] = float[2](0.0, 0.0);
+    bool any_sample = false;
+    for (uint r = 0u; r < ROWS; r++) {
+        uvec2 pixel = uvec2(gl_GlobalInvocationID.x, gl_WorkGroupID.y * ROWS + r);
+        float depth = all(lessThan(pixel, frame.size.xy)) ? texelFetch(depth_image, ivec2(pixel), 0).r : 0.0;
+        Sample s = sample_at(pixel, depth);
+        if (depth <= 0.0 || !shone_on(pixel, s)) {
+            continue;
+        }
+        any_sample = true;
+        vec2 t = light_space(0u, s.from_eye).xy;
+        vec2 at = vec2(dot(vec2(axis.y, -axis.x), t), dot(axis, t));
+        if (step == STEP_BOUNDS) {
+            most = max(most, vec4(-at, at));
+            depths = vec2(max(depths.x, depth), min(depths.y, depth));
+        } else if (step == STEP_SLOPES) {
+            float slope = (at.x - warp.middle) / (at.y - warp.line);
+            most.xy = max(most.xy, vec2(-slope, slope));
+        } else if (pixel.x % GRAIN == 0u && pixel.y % GRAIN == 0u) {
+            vec3 dx, dy;
+            decode_derivatives(frame, texelFetch(receiver_image, ivec2(pixel), 0), depth, dx, dy);
+            vec2 a = turned(0u, dx).xy, b = turned(0u, dy).xy;
+            float area = abs(a.x * b.y - a.y * b.x);
+            costs[0] += cost(fits[0], t, area);
+            costs[1] += cost(warp.fit, t, area);
+        }
+    }
+    if (any_sample) {
+        for (uint i = 0u; i < 4u; i++) {
+            atomicMax(greatest[i], ordered(most[i]));
+        }
+        // positive floats are ordered as their bits
+        atomicMax(greatest[4], ~floatBitsToUint(depths.y));
+        atomicMax(greatest[5], floatBitsToUint(depths.x));
+        for (uint i = 0u; i < 2u; i++) {
+            atomicAdd(sums[i], uint(4.0 * costs[i]));
+        }
+    }
+    barrier();
+    if (step == STEP_BOUNDS && local < 6u) {
+        if (local < 4u) {
+            atomicMax(warp.bounds[local], greatest[local]);
+        } else {
+            atomicMax(warp.depths[local - 4u], greatest[local]);
+        }
+    } else if (step == STEP_SLOPES && local < 2u) {
+        atomicMax(warp.slopes[local], greatest[local]);
+    } else if (step == STEP_COSTS && local < 2u) {
+        atomicAdd(warp.costs[local], sums[local]);
+    }
+}

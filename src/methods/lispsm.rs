@@ -1,0 +1,37 @@
+//! Light-space perspective shadow maps (Wimmer, Scherzer, Purgathofer 2004; book, 4.2): a perspective warp along the view
+//! direction as the light sees it, which keeps the light parallel.
+
+use super::warp::{RESOLUTION, Rule, Settings, WARP, settings};
+use super::{MethodInfo, MethodSpec, Parameter};
+use crate::lab::LabError;
+
+const PARAMETERS: &[Parameter] = &[
+    RESOLUTION,
+    Parameter {
+        key: "distance",
+        default: "auto",
+        allowed: "auto or 0.001 to 1000000",
+        meaning: "from the warp's line to the nearest sample, world units; auto spreads the error evenly (book, 4.17)",
+    },
+    WARP,
+    super::DEPTH_BIAS,
+    super::CULL,
+    super::FILTER[0],
+    super::FILTER[1],
+];
+
+pub(super) const INFO: MethodInfo = MethodInfo {
+    name: "lispsm",
+    source: "Wimmer, Scherzer, Purgathofer 2004; Eisemann et al. 2011, 4.2",
+    summary: "One map, warped so that texels are smaller near the eye, by the parameter that spreads the error evenly",
+    parameters: PARAMETERS,
+};
+
+pub(super) fn parse(spec: &MethodSpec) -> Result<Settings, LabError> {
+    spec.known(PARAMETERS)?;
+    let rule = match spec.value("distance") {
+        None | Some("auto") => Rule::Even,
+        Some(_) => Rule::Distance(spec.f32_in("distance", 1.0, 1e-3..=1e6)?),
+    };
+    settings(spec, rule)
+}
