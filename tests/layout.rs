@@ -9,7 +9,8 @@ use std::collections::BTreeSet;
 use std::mem::offset_of;
 use umbrage::gpu::structs::{
     AtlasPush, ChoosePush, Counters, Face, Fit, Frame, ItemPush, LightRecord, MapLight, MeshBounds, Node, Page,
-    PreparePush, RequestPush, RetryPush, ShadeLight, ShadePush, Slices, Slot, Tracked, TrianglePush,
+    PreparePush, RequestPush, RetryPush, ShadeLight, ShadePush, Slices, Slot, Tracked, TrianglePush, WarpMeasure,
+    WarpPush, WarpRecord,
 };
 use umbrage::scene::{Cluster, Instance, Material};
 
@@ -98,6 +99,12 @@ fn map_structs_are_those_of_the_shaders() {
     assert_layout::<Fit>(&all, "Fit", fields!(Fit, row_u row_v row_w texel));
     assert_layout::<Face>(&all, "Face", fields!(Face, x y z origin));
     assert_layout::<MapLight>(&all, "MapLight", fields!(MapLight, faces eye depth rule));
+    let warp = fields!(WarpRecord, bounds slopes depths costs middle line distance extent warped pad fit);
+    assert_layout::<WarpRecord>(&all, "Warp", warp);
+    let measure = committed("methods/warp_measure.comp");
+    assert_layout::<WarpMeasure>(&measure, "Push", fields!(WarpMeasure, axis step resolution));
+    let push = fields!(WarpPush, axis step resolution border sine parameter always);
+    assert_layout::<WarpPush>(&committed("methods/warp_choose.comp"), "Push", push);
     assert_layout::<Slices>(&all, "Slices", fields!(Slices, extremes outside splits));
     assert_eq!(offset_of!(MapLight, rule) + 16, size_of::<MapLight>());
 }

@@ -57,8 +57,9 @@ void fit_warp() {
     vec2 low = 0.5 * (vec2(slopes.x + slopes.y, warp.extent / (n + warp.extent)) - size);
     warp.fit.row_w = vec4(along, 0.0);
     warp.fit.row_u = vec4((across - low.x * along) / size.x, 0.0);
-    // 1 - n / along: 0 at the nearest sample
-    warp.fit.row_v = vec4((along - vec3(0.0, 0.0, 2.0) - low.y * along) / size.y, 0.0);
+    // the way from the nearest sample over along
+    vec3 from_nearest = vec3(axis, unordered(warp.bounds[1])) * (2.0 / n);
+    warp.fit.row_v = vec4((from_nearest - low.y * along) / size.y, 0.0);
     warp.fit.texel = vec4(size * n / resolution, 0.0, 0.0);
 }
 

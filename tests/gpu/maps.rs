@@ -55,6 +55,10 @@ fn directional_maps_match_the_reference() {
             "uniform:resolution=4096,fit=frustum",
             "csm:resolution=1024",
             "csm:resolution=2048,fit=frustum",
+            "lispsm:resolution=2048,warp=always",
+            "lispsm:resolution=2048,warp=always,distance=1000",
+            "tsm:resolution=2048,warp=always",
+            "psm:resolution=2048",
         ] {
             let (visibility, outside) = draw(&lab, spec);
             near_truth(&format!("{name}, {spec}"), &visibility, &reference);
@@ -105,6 +109,53 @@ fn more_cascades_err_less_on_a_long_scene() {
     }
 }
 
+/// Whether the warp served, and the image.
+fn warped(lab: &Lab, spec: &str) -> (bool, Vec<f32>) {
+    let mut method = method(lab, spec).unwrap();
+    method.frame(lab).unwrap();
+    let counters = method.statistics(lab).unwrap().counters;
+    let warped = counters.iter().find(|(name, _)| *name == "warped").expect("whether the warp serves").1;
+    (warped == 1, method.visibility(lab, 0).unwrap())
+}
+
+#[test]
+fn warps_err_less_on_a_long_scene() {
+    let (scene, view) = scenes::long_row(SIZE);
+    let lab = Bench::new(scene, view);
+    let reference = lab.reference(0, &|_| {}).unwrap();
+    let mismatch = |visibility: &[f32]| compare(visibility, &reference).unwrap().mismatch;
+    let uniform = mismatch(&draw(&lab, "uniform:resolution=512").0);
+    for spec in ["lispsm:resolution=512", "tsm:resolution=512", "psm:resolution=512"] {
+        let (serves, visibility) = warped(&lab, spec);
+        let own = mismatch(&visibility);
+        println!("{spec}: {own} %, uniform {uniform} %");
+        assert!(serves && own < 0.7 * uniform, "{spec}: {own} %, uniform {uniform} %");
+    }
+    // a line far away is no warp
+    let (serves, visibility) = warped(&lab, "lispsm:resolution=512,distance=1000000");
+    assert!(!serves && visibility == draw(&lab, "uniform:resolution=512").0);
+}
+
+/// Where the light shines along the view, or nearly (duelling frusta), no warp gains anything: the map is the fitted one.
+#[test]
+fn a_light_along_the_view_is_not_warped() {
+    let (scene, view) = scenes::long_row(SIZE);
+    let forward = -view.camera.view_from_world().row(2);
+    let tilted = |sign: f64, tilt: f64| Light::directional(sign * forward + DVec3::new(tilt, -0.4 * tilt, 0.3 * tilt));
+    let mut lab = Bench::new(scene, view.clone());
+    for (sign, tilt) in [(1.0, 0.0), (1.0, 0.01), (-1.0, 0.02)] {
+        lab.look(View { lights: vec![tilted(sign, tilt)], ..view.clone() }).unwrap();
+        let uniform = draw(&lab, "uniform:resolution=512").0;
+        for spec in ["lispsm:resolution=512", "tsm:resolution=512", "psm:resolution=512"] {
+            let (serves, visibility) = warped(&lab, spec);
+            assert!(!serves, "{spec}, {sign}, {tilt}");
+            assert!(visibility == uniform && uniform.contains(&0.0), "{spec}, {sign}, {tilt}");
+        }
+    }
+    lab.look(View { lights: vec![tilted(1.0, 0.5)], ..view }).unwrap();
+    assert!(warped(&lab, "lispsm:resolution=512,warp=always").0);
+}
+
 #[test]
 fn logarithmic_splits_favour_the_near_range() {
     let (scene, view) = scenes::long_row(SIZE);
@@ -129,7 +180,18 @@ fn every_sample_lies_in_the_map_of_its_layer() {
     let point = Light::Point { position: above, range: 100.0 };
     let wide = spot(above, DVec3::new(0.3, -1.0, 0.1), 89.0, 100.0);
     for (light, specs) in [
-        (sun, &["csm:resolution=64", "csm:resolution=64,fit=frustum", "csm:resolution=64,cascades=8", "uniform"][..]),
+        (
+            sun,
+            &[
+                "csm:resolution=64",
+                "csm:resolution=64,fit=frustum",
+                "csm:resolution=64,cascades=8",
+                "uniform",
+                "lispsm:resolution=512,warp=always",
+                "tsm:resolution=512,warp=always",
+                "psm:resolution=512,warp=always",
+            ][..],
+        ),
         (point, &["uniform:resolution=256", "uniform:resolution=256,fit=scene"]),
         (wide, &["uniform:resolution=256", "uniform:resolution=256,fit=scene"]),
     ] {
@@ -195,6 +257,8 @@ fn unserved_lights_are_refused() {
     for (light, spec, word) in [
         (&cone, "csm", "directional"),
         (&point, "csm", "directional"),
+        (&cone, "lispsm", "directional"),
+        (&point, "psm", "directional"),
         (&cone, "uniform:fit=frustum", "fit=frustum"),
         (&point, "uniform:fit=frustum", "fit=frustum"),
     ] {
@@ -213,7 +277,7 @@ fn another_kind_of_light_is_refused_later() {
     let at = DVec3::new(0.0, 4.0, 0.0);
     let (scene, view) = scenes::sphere_on_plane([16, 16]);
     let mut lab = Bench::new(scene, view.clone());
-    for spec in ["uniform:resolution=64", "csm:resolution=64"] {
+    for spec in ["uniform:resolution=64", "csm:resolution=64", "lispsm:resolution=64"] {
         let mut method = method(&lab, spec).unwrap();
         method.frame(&lab).unwrap();
         let cone = spot(at, -DVec3::Y, 30.0, 10.0);
