@@ -4,7 +4,7 @@ struct Warp {
     uint bounds[4];   // of the samples, across and along: the greatest negated coordinates, the greatest coordinates; ordered bits
     uint slopes[2];   // the same of across / along as seen from the line's middle
     uint depths[2];   // of the depths from the camera: the greatest complement, the greatest
-    uint costs[2];    // sums over samples: texel by pixel, of the map as it was fitted and of the warped one
+    uint costs[2];    // sums over samples: sides of texels in pixels, of the map as it was fitted and of the warped one
     float middle;     // of the line, across
     float line;       // coordinate of the line along the axis
     float distance;   // from the line to the nearest sample

@@ -24,12 +24,13 @@ const float MOST = 1023.0;
 shared uint greatest[6];
 shared uint sums[2];
 
-// Side of a texel by the side of the pixel, both as squares of the same area. `pixel`: its area across the light.
-float cost(Fit fit, vec2 t, float pixel) {
+// Lengths of a texel's two sides in pixels of the image, together. `pixels`: to pixels from a vector across the light.
+float cost(Fit fit, vec2 t, mat2 pixels) {
     float q = dot(fit.row_w.xyz, vec3(t, 1.0));
     vec2 uv = vec2(dot(fit.row_u.xyz, vec3(t, 1.0)), dot(fit.row_v.xyz, vec3(t, 1.0))) / q;
     vec2 u = (fit.row_u.xy - uv.x * fit.row_w.xy) / q, v = (fit.row_v.xy - uv.y * fit.row_w.xy) / q;
-    return min(inversesqrt(max(abs(u.x * v.y - u.y * v.x) * pixel, 1e-30)) / resolution, MOST);
+    mat2 texel = pixels * inverse(transpose(mat2(u, v)) * resolution);
+    return min(length(texel[0]) + length(texel[1]), MOST);
 }
 
 void main() {
@@ -65,9 +66,13 @@ void main() {
             vec3 dx, dy;
             decode_derivatives(frame, texelFetch(receiver_image, ivec2(pixel), 0), depth, dx, dy);
             vec2 a = turned(0u, dx).xy, b = turned(0u, dy).xy;
-            float area = abs(a.x * b.y - a.y * b.x);
-            costs[0] += cost(fits[0], t, area);
-            costs[1] += cost(warp.fit, t, area);
+            float area = a.x * b.y - a.y * b.x;
+            // what the light meets edge-on has no pixels of its own
+            if (abs(area) > 1e-20) {
+                mat2 pixels = mat2(b.y, -a.y, -b.x, a.x) * (1.0 / area);
+                costs[0] += cost(fits[0], t, pixels);
+                costs[1] += cost(warp.fit, t, pixels);
+            }
         }
     }
     if (any_sample) {

@@ -1,6 +1,6 @@
 //! What the methods with a perspective warp share (book, 4.2): one map of a parallel light, fitted on the GPU to the visible
-//! samples, then warped so that texels are smaller where the eye is near. A warp that would give its samples larger texels
-//! than the fit without one, on the mean, does not serve.
+//! samples, then warped so that texels are smaller where the eye is near. A warp whose texels would look larger in the image
+//! than those of the fit without one, on the mean over the samples, does not serve.
 
 use super::map::{self, Given, Map, Screen, Shape, Step};
 use super::{FrameTimes, Masks, Method, MethodSpec, Parameter, Statistics, map_light};
@@ -20,7 +20,7 @@ pub(super) const WARP: Parameter = Parameter {
     key: "warp",
     default: "auto",
     allowed: "auto or always",
-    meaning: "whether the warp serves only where its samples get smaller texels, on the mean, than without",
+    meaning: "whether the warp serves only where its texels look smaller, on the mean over the image, than without",
 };
 
 /// How the line is chosen from which texels shrink; as in `glsl/methods/warp_choose.comp`.
