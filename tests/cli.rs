@@ -606,7 +606,7 @@ fn the_report_holds_all_that_it_shows() {
     }
     let json = place.json("a/compare.json");
     for (row, method) in json["rows"].as_array().unwrap().iter().zip(methods) {
-        assert!(page.contains(&format!("<code>{method}</code>")), "{method}");
+        assert!(page.contains(&format!("<code>{}</code>", method.replace(':', ":<wbr>"))), "{method}");
         for key in ["/ms/median", "/ratio", "/mismatch", "/edge_error", "/off_edge", "/lost"] {
             let value = number(row, key);
             assert!(page.contains(&format!("<td data-value=\"{value}\">")), "{method}: {key} {value}");

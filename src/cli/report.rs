@@ -106,12 +106,19 @@ fn info(spec: &MethodSpec) -> Option<&'static MethodInfo> {
     METHODS.iter().find(|method| method.name == spec.name)
 }
 
+/// What is typed for a method, in lines that end between its keys.
+fn typed(method: &str) -> String {
+    format!("<code>{}</code>", escaped(method).replace(':', ":<wbr>").replace(',', ",<wbr>"))
+}
+
 fn table(report: &Report) -> String {
-    let rows = report.comparison.rows.iter().zip(report.specs).map(|(row, spec)| {
-        let about = info(spec).map_or(String::new(), |m| format!("{} ({})", m.summary, m.source));
-        let method =
-            format!("<th scope=\"row\"><code>{}</code><small>{}</small></th>", escaped(row.method), escaped(&about));
-        (method, figures::of_row(row))
+    let rows = report.comparison.rows.iter().zip(report.specs).enumerate().map(|(i, (row, spec))| {
+        // once is enough for the runs of a sweep
+        let again = report.specs[..i].iter().any(|before| before.name == spec.name);
+        let about = info(spec)
+            .filter(|_| !again)
+            .map_or(String::new(), |m| format!("<small>{} ({})</small>", escaped(m.summary), escaped(m.source)));
+        (format!("<th scope=\"row\">{}{about}</th>", typed(row.method)), figures::of_row(row))
     });
     sortable(&["method"], rows.collect())
 }
@@ -123,7 +130,7 @@ fn by_light(report: &Report) -> String {
     }
     let rows = report.comparison.rows.iter().flat_map(|row| {
         row.errors.lights.iter().enumerate().map(|(light, errors)| {
-            let method = format!("<th scope=\"row\"><code>{}</code></th>", escaped(row.method));
+            let method = format!("<th scope=\"row\">{}</th>", typed(row.method));
             (method + &number_cell(light as f64, &light.to_string()), figures::of_errors(errors))
         })
     });
@@ -180,10 +187,8 @@ fn plots(plots: &[Plot]) -> String {
 
 /// What each method ran with.
 fn settings(specs: &[&MethodSpec]) -> String {
-    let row = |spec: &&MethodSpec| {
-        let [typed, all] = [&spec.text, &effective(spec)].map(|text| escaped(text).replace(',', ",<wbr>"));
-        format!("<tr><td><code>{typed}</code></td><td><code>{all}</code></td></tr>\n")
-    };
+    let row =
+        |spec: &&MethodSpec| format!("<tr><td>{}</td><td>{}</td></tr>\n", typed(&spec.text), typed(&effective(spec)));
     let rows: String = specs.iter().map(row).collect();
     format!(
         "<table class=\"texts\">\n<thead><tr><th scope=\"col\">method</th><th scope=\"col\">with all its settings</th></tr>\
