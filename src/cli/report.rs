@@ -147,7 +147,8 @@ fn pictured(shown: usize, runs: usize) -> String {
     } else {
         String::new()
     };
-    of_all + "The slider moves the edge between two of them; both are lit as their shadows say."
+    of_all
+        + "The slider moves the edge between two pictures, each of the scene in the light that a method lets through."
 }
 
 /// All pictures, each embedded once.
