@@ -596,12 +596,15 @@ fn report(place: &Place, name: &str) -> String {
 #[test]
 fn the_report_holds_all_that_it_shows() {
     let place = Place::new("report");
-    let methods = ["rmsm:atlas_mib=8", "uniform:resolution=64"];
+    let methods = ["rmsm:atlas_mib=8", "uniform:resolution=64", "raytraced"];
     place.good(&format!("compare --size 64x36 --rounds 1 --methods {} --out a", methods.join(",")));
     let page = report(&place, "a/report.html");
-    assert_eq!(page.matches("<img class=\"picture\"").count(), 3);
-    assert_eq!(page.matches("<img class=\"difference\"").count(), 2);
-    for method in METHODS.iter().filter(|m| ["rmsm", "uniform"].contains(&m.name)) {
+    let pictures: Vec<_> = page.lines().filter(|line| line.starts_with("<img class=\"picture\"")).collect();
+    let bytes = |i: usize| pictures[i].split_once("src=").unwrap().1;
+    assert_eq!(pictures.len(), 4);
+    assert!(bytes(0) == bytes(3) && bytes(0) != bytes(2), "the first is not ray traced");
+    assert_eq!(page.matches("<img class=\"difference\"").count(), 3);
+    for method in METHODS.iter().filter(|m| ["rmsm", "uniform", "raytraced"].contains(&m.name)) {
         assert!(page.contains(method.summary) && page.contains(method.source), "{}", method.name);
     }
     let json = place.json("a/compare.json");
@@ -612,8 +615,9 @@ fn the_report_holds_all_that_it_shows() {
             assert!(page.contains(&format!("<td data-value=\"{value}\">")), "{method}: {key} {value}");
         }
     }
-    let command = "umbrage compare --size 64x36 --rounds 1 --methods rmsm:atlas_mib=8,uniform:resolution=64 --out a";
-    for text in [command, json["device"].as_str().unwrap(), json["driver"].as_str().unwrap(), env!("CARGO_PKG_VERSION")]
+    let command = format!("umbrage compare --size 64x36 --rounds 1 --methods {} --out a", methods.join(","));
+    for text in
+        [&command, json["device"].as_str().unwrap(), json["driver"].as_str().unwrap(), env!("CARGO_PKG_VERSION")]
     {
         assert!(page.contains(text), "{text}");
     }
