@@ -523,7 +523,7 @@ fn compare_writes_what_it_promises() {
     for word in typed.iter().chain(&["ratio", "MiB", "mismatch", "edge_error", "off_edge", "lost"]) {
         assert!(text.contains(word), "{word} is not in: {text}");
     }
-    assert_eq!(file_names(&place.0.join("a")), ["compare.json", "comparison.png", "view.json"]);
+    assert_eq!(file_names(&place.0.join("a")), ["compare.json", "comparison.png", "report.html", "view.json"]);
     let json = place.json("a/compare.json");
     assert_eq!(json["scene"], "builtin");
     assert_eq!(json["view"], place.json("a/view.json"));
@@ -553,7 +553,7 @@ fn a_sweep_runs_every_value_and_plots_them() {
         place.good(&format!("compare --size 64x36 --rounds 2 --methods {methods} --sweep resolution=64..256 --out a"));
     let labels = ["rmsm:atlas_mib=8", "csm:lambda=0.5", "uniform"];
     let files = ["error_bytes", "error_time", "error_value", "time_value"].map(|name| format!("sweep_{name}.svg"));
-    let all = ["compare.json", "comparison.png"].map(str::to_owned).into_iter().chain(files.clone());
+    let all = ["compare.json", "comparison.png", "report.html"].map(str::to_owned).into_iter().chain(files.clone());
     assert_eq!(file_names(&place.0.join("a")), all.chain(["view.json".to_owned()]).collect::<Vec<_>>());
     for name in files {
         let svg = fs::read_to_string(place.0.join("a").join(&name)).unwrap();
@@ -581,11 +581,88 @@ fn a_sweep_runs_every_value_and_plots_them() {
     assert!(number(&rows[1], "/mismatch") > number(&rows[3], "/mismatch"));
 }
 
+/// The page of a comparison, which loads nothing.
+fn report(place: &Place, name: &str) -> String {
+    let page = fs::read_to_string(place.0.join(name)).unwrap();
+    assert!(
+        !page.contains("http://") && !page.contains("https://") && !page.contains("url("),
+        "{name} loads something"
+    );
+    let sources = page.matches("src=").count() + page.matches("href=").count();
+    assert_eq!(page.matches("src=\"data:image/png;base64,iVBORw0KGgo").count(), sources, "{name} loads something");
+    page
+}
+
+#[test]
+fn the_report_holds_all_that_it_shows() {
+    let place = Place::new("report");
+    let methods = ["rmsm:atlas_mib=8", "uniform:resolution=64", "raytraced"];
+    place.good(&format!("compare --size 64x36 --rounds 1 --methods {} --out a", methods.join(",")));
+    let page = report(&place, "a/report.html");
+    let pictures: Vec<_> = page.lines().filter(|line| line.starts_with("<img class=\"picture\"")).collect();
+    let bytes = |i: usize| pictures[i].split_once("src=").unwrap().1;
+    assert_eq!(pictures.len(), 4);
+    assert!(bytes(0) == bytes(3) && bytes(0) != bytes(2), "the first is not ray traced");
+    assert_eq!(page.matches("<img class=\"difference\"").count(), 3);
+    for method in METHODS.iter().filter(|m| ["rmsm", "uniform", "raytraced"].contains(&m.name)) {
+        assert!(page.contains(method.summary) && page.contains(method.source), "{}", method.name);
+    }
+    let json = place.json("a/compare.json");
+    for (row, method) in json["rows"].as_array().unwrap().iter().zip(methods) {
+        assert!(page.contains(&format!("<code>{}</code>", method.replace(':', ":<wbr>"))), "{method}");
+        for key in ["/ms/median", "/ratio", "/mismatch", "/edge_error", "/off_edge", "/lost"] {
+            let value = number(row, key);
+            assert!(page.contains(&format!("<td data-value=\"{value}\">")), "{method}: {key} {value}");
+        }
+    }
+    let command = format!("umbrage compare --size 64x36 --rounds 1 --methods {} --out a", methods.join(","));
+    for text in
+        [&command, json["device"].as_str().unwrap(), json["driver"].as_str().unwrap(), env!("CARGO_PKG_VERSION")]
+    {
+        assert!(page.contains(text), "{text}");
+    }
+    assert!(page.contains("&quot;fov_y_deg&quot;: ") && page.contains("64 x 36 pixels, 1 directional light."));
+}
+
+#[test]
+fn the_report_of_a_sweep_shows_few_pictures_and_all_plots() {
+    let place = Place::new("report-sweep");
+    write_three_lights(&place);
+    let sweep = "--sweep depth_bias=1,1.5,2,2.5,3,3.5,4,4.5,5";
+    place.good(&format!(
+        "compare --view three.json --size 32x18 --rounds 1 --coverage 2 --methods uniform:resolution=64 {sweep} --out a"
+    ));
+    let page = report(&place, "a/report.html");
+    assert_eq!(page.matches("<img class=\"difference\"").count(), 8);
+    assert!(page.contains("Of the 9 runs 8 are shown") && page.contains("depth_bias swept over 1, 1.5, 2,"));
+    let plots = file_names(&place.0.join("a")).iter().filter(|name| name.ends_with(".svg")).count();
+    assert_eq!((plots, page.matches("</svg>").count()), (3, 3));
+    assert!(page.contains("Errors by light") && page.contains("coverage %") && page.contains("on edges %"));
+}
+
+/// A file's name is text in the report, whatever it is.
+#[test]
+#[cfg(unix)]
+fn the_report_shows_a_nasty_name_as_it_is() {
+    let place = Place::new("nasty");
+    write_huge(&place, &[]);
+    let name = "<img src=x onerror=alert(1)>.gltf";
+    fs::rename(place.0.join("huge.gltf"), place.0.join(name)).unwrap();
+    let output =
+        place.command("compare --view v.json --size 16x9 --methods raytraced --rounds 1 --out a").arg(name).output();
+    assert_eq!(output.unwrap().status.code(), Some(0));
+    let page = fs::read_to_string(place.0.join("a/report.html")).unwrap();
+    assert!(!page.contains("<img src"), "{name} became a part of the page");
+    let shown = "&lt;img src=x onerror=alert(1)&gt;.gltf";
+    assert!(page.contains(&format!("<h1>Shadows of {shown}</h1>")));
+    assert!(page.contains(&format!("--out a &#39;{shown}&#39;</pre>")));
+}
+
 #[test]
 fn a_sweep_of_words_has_no_plots() {
     let place = Place::new("words");
     place.good("compare --size 16x9 --rounds 1 --methods rmsm --sweep level=area,min_length --quiet --out a");
-    assert_eq!(file_names(&place.0.join("a")), ["compare.json", "comparison.png", "view.json"]);
+    assert_eq!(file_names(&place.0.join("a")), ["compare.json", "comparison.png", "report.html", "view.json"]);
     let rows = &place.json("a/compare.json")["rows"];
     assert_eq!([&rows[0]["value"], &rows[1]["value"]], ["area", "min_length"]);
     place.bad("compare --methods rmsm:atlas_mib=8 --sweep page=64..512 --quiet --out b", 2, &["page=512", "allows"]);

@@ -114,30 +114,36 @@ END
   return 0
 }
 
+# apt_install PACKAGE...
+apt_install() {
+  local packages=$* sudo=() log
+  [[ $EUID -eq 0 ]] || sudo=(sudo -n)
+  if [[ $EUID -ne 0 ]] && ! sudo -n true 2>/dev/null; then
+    echo "missing: $packages; install with: sudo apt-get install $packages" >&2
+    return 1
+  fi
+  echo "installing $packages"
+  log=$(mktemp)
+  # one broken source makes the update fail; what matters is whether the install succeeds
+  if ! { "${sudo[@]}" apt-get update || true
+    "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "$@"; } >"$log" 2>&1; then
+    cat "$log" >&2
+    rm -f "$log"
+    echo "could not install $packages" >&2
+    return 1
+  fi
+  rm -f "$log"
+}
+
 setup_packages() {
-  local packages sudo=() log manager name names
+  local packages manager name names
   packages=$(missing "$1")
   [[ -z $packages ]] && return
   packages=${packages//$'\n'/ }
 
   if command -v apt-get >/dev/null; then
-    [[ $EUID -eq 0 ]] || sudo=(sudo -n)
-    if [[ $EUID -ne 0 ]] && ! sudo -n true 2>/dev/null; then
-      echo "missing: $packages; install with: sudo apt-get install $packages" >&2
-      return 1
-    fi
-    echo "installing $packages"
-    log=$(mktemp)
     # shellcheck disable=SC2086 # packages are words
-    # one broken source makes the update fail; what matters is whether the install succeeds
-    if ! { "${sudo[@]}" apt-get update || true
-      "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends $packages; } >"$log" 2>&1; then
-      cat "$log" >&2
-      rm -f "$log"
-      echo "could not install $packages" >&2
-      return 1
-    fi
-    rm -f "$log"
+    apt_install $packages
     return
   fi
 
@@ -153,6 +159,18 @@ setup_packages() {
   done
   echo "missing: $packages (Debian's names); install them with this system's package manager" >&2
   return 1
+}
+
+# A Chromium, where there is one.
+browser() {
+  local name
+  for name in chromium-headless-shell chromium chromium-browser google-chrome; do command -v $name && return; done
+  return 1
+}
+
+# What opens tools/report_test's page. Optional, as other systems have no package that runs without a desktop.
+setup_browser() {
+  browser >/dev/null || { command -v apt-get >/dev/null && apt_install chromium-headless-shell && browser >/dev/null; }
 }
 
 setup_rust() {

@@ -13,7 +13,7 @@ use super::failure::Failure;
 use super::folder::Folder;
 use super::print;
 use super::progress::Progress;
-use super::report::write_json;
+use super::results::write_json;
 use super::setup::{self, Movement};
 use json::{Bench, Run};
 use schedule::Schedule;

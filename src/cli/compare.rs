@@ -2,25 +2,23 @@
 
 use super::args::CompareArgs;
 use super::failure::Failure;
+use super::figures::{self, Figure};
 use super::folder::Folder;
 use super::measure;
 use super::pictures;
 use super::print;
 use super::progress::Progress;
-use super::report::{Comparison, LightErrors, Row, write_json};
+use super::report::{self, Report, Shot};
+use super::results::{Comparison, LightErrors, Row, write_json};
 use super::setup;
 use super::sweep;
 use std::rc::Rc;
 use umbrage::lab::Lab;
 use umbrage::methods;
-use umbrage::output::{Picture, side_by_side, write_png};
+use umbrage::output::{side_by_side, write_file, write_png};
 use umbrage::truth::{CoverageError, Reference, TruthError, compare_coverage};
 
-const HEADER: [&str; 8] = ["method", "ms", "ratio", "MiB", "mismatch %", "edge_error %", "off_edge %", "lost %"];
-
-const COVERAGE: [&str; 2] = ["coverage %", "on edges %"];
-
-/// Most runs of a sweep in `comparison.png`.
+/// Most runs of a sweep in `comparison.png` and `report.html`.
 const MOST_PICTURES: usize = 8;
 
 /// Runs, compares and writes the results.
@@ -40,8 +38,7 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     let coverages = args.coverage.map(|samples| setup::coverages(&lab, samples, &progress)).transpose()?;
     let gbuffer = lab.gbuffer()?;
     let mut rows: Vec<Row> = Vec::new();
-    let mut images: Vec<(&str, Picture)> = Vec::new();
-    let mut differences: Vec<(&str, Picture)> = Vec::new();
+    let mut shots: Vec<Shot> = Vec::new();
     let pictured = pictured(variants.len(), args.sweep.is_some());
     for (i, ((variant, method), timings)) in variants.iter().zip(&mut methods).zip(&timings).enumerate() {
         let visibility = measure::visibility(&lab, method.as_mut())?;
@@ -51,30 +48,47 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
         row.ratio = row.ms.median / rows.first().unwrap_or(&row).ms.median;
         rows.push(row);
         if pictured.contains(&i) {
-            images.push((&variant.spec.text, pictures::shaded(&lab, &gbuffer, &visibility)?));
-            differences
-                .push(("difference from ray tracing", pictures::difference(&lab, &gbuffer, &visibility, &references)?));
+            shots.push(Shot {
+                method: &variant.spec.text,
+                picture: pictures::shaded(&lab, &gbuffer, &visibility)?,
+                difference: pictures::difference(&lab, &gbuffer, &visibility, &references)?,
+            });
         }
     }
-    let tiles: Vec<_> = images.iter().chain(&differences).map(|(label, picture)| (*label, picture)).collect();
     setup::validated(&lab)?;
-    let side_by_side = side_by_side(&tiles, images.len());
+    let images = shots.iter().map(|shot| (shot.method, &shot.picture));
+    let differences = shots.iter().map(|shot| ("difference from ray tracing", &shot.difference));
+    let side_by_side = side_by_side(&images.chain(differences).collect::<Vec<_>>(), shots.len());
     let scene = common.scene.to_string_lossy();
     let sweep = args.sweep.as_ref();
     let comparison =
         Comparison { device: lab.device_name(), driver: lab.driver(), scene: &scene, view: lab.view(), sweep, rows };
     let caption = format!("{}, {}", lab.scene().name, setup::place(&lab));
+    let plots = sweep.map_or(Ok(Vec::new()), |sweep| sweep::plots(&caption, sweep, &comparison.rows))?;
+    let times = footer(&lab, &format!("{} rounds by turns", args.rounds));
+    let page = report::page(&Report {
+        comparison: &comparison,
+        specs: &variants.iter().map(|variant| &variant.spec).collect::<Vec<_>>(),
+        times: &times,
+        reference: &pictures::traced(&lab, &gbuffer, &references)?,
+        shots: &shots,
+        plots: &plots,
+        command: &report::this_command(),
+    })?;
 
     folder.fill(|at| {
         write_png(&at.join("comparison.png"), &side_by_side)?;
         write_json(&at.join("view.json"), lab.view())?;
         write_json(&at.join("compare.json"), &comparison)?;
-        sweep.map_or(Ok(()), |sweep| sweep::write_charts(at, &caption, sweep, &comparison.rows))
+        for plot in &plots {
+            write_file(&at.join(&plot.file), plot.svg.as_bytes())?;
+        }
+        Ok(write_file(&at.join("report.html"), page.as_bytes())?)
     })?;
     if !common.quiet {
         print::out(&table(&comparison.rows));
         print::out(&by_light(&comparison.rows));
-        print::out(&footer(&lab, &format!("{} rounds by turns", args.rounds)));
+        print::out(&times);
         print::out(&format!("results are in {}\n", args.out.display()));
     }
     Ok(())
@@ -97,47 +111,29 @@ fn coverage(
 }
 
 fn table(rows: &[Row]) -> String {
-    let cells = |row: &Row| {
-        let e = &row.errors.all;
-        let mut cells = vec![
-            row.method.to_owned(),
-            format!("{:.2}", row.ms.median),
-            format!("{:.2}", row.ratio),
-            format!("{:.1}", print::mib(row.bytes)),
-            format!("{:.4}", e.mismatch),
-            format!("{:.2}", e.edge_error),
-            format!("{:.4}", e.off_edge),
-            format!("{:.4}", e.lost),
-        ];
-        cells.extend(row.coverage.iter().flat_map(|c| [format!("{:.4}", c.mean), format!("{:.2}", c.edge)]));
-        cells
-    };
-    let mut header = HEADER.map(str::to_owned).to_vec();
-    if rows.iter().any(|row| row.coverage.is_some()) {
-        header.extend(COVERAGE.map(str::to_owned));
-    }
-    print::table(&std::iter::once(header).chain(rows.iter().map(cells)).collect::<Vec<_>>(), 1)
+    lined_up(&["method"], rows.iter().map(|row| (vec![row.method.to_owned()], figures::of_row(row))))
 }
 
 /// The errors of each light, where there are several.
 fn by_light(rows: &[Row]) -> String {
-    let lights = rows.first().map_or(0, |row| row.errors.lights.len());
-    if lights < 2 {
+    let lights = |row: &Row| row.errors.lights.len();
+    if rows.first().map_or(0, lights) < 2 {
         return String::new();
     }
-    let header = ["method", "light", "mismatch %", "edge_error %", "off_edge %", "lost %"].map(str::to_owned).to_vec();
-    let cells = rows.iter().flat_map(|row| {
-        row.errors.lights.iter().enumerate().map(|(light, e)| {
-            vec![
-                row.method.to_owned(),
-                light.to_string(),
-                format!("{:.4}", e.mismatch),
-                format!("{:.2}", e.edge_error),
-                format!("{:.4}", e.off_edge),
-                format!("{:.4}", e.lost),
-            ]
-        })
+    let rows = rows.iter().flat_map(|row| {
+        let errors = row.errors.lights.iter().enumerate();
+        errors.map(|(light, e)| (vec![row.method.to_owned(), light.to_string()], figures::of_errors(e)))
     });
+    lined_up(&["method", "light"], rows)
+}
+
+/// Rows of first cells and figures below their names.
+fn lined_up(first: &[&str], rows: impl Iterator<Item = (Vec<String>, Vec<Figure>)>) -> String {
+    let rows: Vec<_> = rows.collect();
+    let names = rows.first().into_iter().flat_map(|(_, figures)| figures.iter().map(|figure| figure.column.name));
+    let header = first.iter().copied().chain(names).map(str::to_owned).collect();
+    let cells =
+        rows.iter().map(|(cells, figures)| cells.iter().cloned().chain(figures.iter().map(Figure::text)).collect());
     print::table(&std::iter::once(header).chain(cells).collect::<Vec<_>>(), 1)
 }
 

@@ -11,6 +11,12 @@ pub fn shaded(lab: &Lab, gbuffer: &GBuffer, visibility: &[Vec<f32>]) -> Result<P
     output::shade(gbuffer, &lab.view().camera, lab.scene().origin, &lights)
 }
 
+/// The scene in the light that the rays of the references, one a light, found.
+pub fn traced(lab: &Lab, gbuffer: &GBuffer, references: &[Rc<Reference>]) -> Result<Picture, OutputError> {
+    let lit = |reference: &Rc<Reference>| reference.visibility.iter().map(|&v| f32::from(v)).collect();
+    shaded(lab, gbuffer, &references.iter().map(lit).collect::<Vec<_>>())
+}
+
 /// Where `visibility` differs from the references, one image a light each.
 pub fn difference(
     lab: &Lab,

@@ -7,7 +7,7 @@ use super::measure;
 use super::pictures;
 use super::print;
 use super::progress::Progress;
-use super::report::{LightErrors, Stats, write_json};
+use super::results::{LightErrors, Stats, write_json};
 use super::setup;
 use glam::Vec3;
 use std::path::Path;

@@ -2,7 +2,7 @@
 
 mod charts;
 
-pub use charts::write as write_charts;
+pub use charts::{Plot, draw as plots};
 
 use serde::{Serialize, Serializer};
 use umbrage::lab::LabError;

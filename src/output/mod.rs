@@ -21,7 +21,7 @@ pub use exr::{ExrImage, read_exr, write_exr};
 pub use false_color::{ids, levels};
 pub use picture::{DIFFERENCE_LEGEND, Picture, side_by_side};
 #[cfg(feature = "cli")]
-pub use plot::{Chart, Line, write_svg};
+pub use plot::{Chart, Line, draw_svg, write_svg};
 pub use png::{encode_png, write_png};
 pub use shade::{difference, shade};
 

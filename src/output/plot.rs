@@ -59,10 +59,16 @@ pub struct Line {
     pub notes: Vec<String>,
 }
 
-/// Writes a chart; fails when the file cannot be written.
-pub fn write_svg(path: &Path, chart: &Chart) -> Result<(), OutputError> {
+/// The text of an SVG file; fails when the chart cannot be drawn.
+pub fn draw_svg(chart: &Chart) -> Result<String, OutputError> {
     let mut text = String::new();
-    draw(&mut text, chart).map_err(|error| OutputError::new(path, error))?;
+    draw(&mut text, chart).map_err(|error| OutputError { path: "chart".to_owned(), what: error.to_string() })?;
+    Ok(text)
+}
+
+/// Writes a chart; fails when it cannot be drawn or the file cannot be written.
+pub fn write_svg(path: &Path, chart: &Chart) -> Result<(), OutputError> {
+    let text = draw_svg(chart).map_err(|error| OutputError::new(path, error.what))?;
     write_file(path, text.as_bytes())
 }
 

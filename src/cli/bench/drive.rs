@@ -4,7 +4,7 @@ use super::record::{Record, cold};
 use super::schedule::Schedule;
 use crate::cli::failure::Failure;
 use crate::cli::measure;
-use crate::cli::report::LightErrors;
+use crate::cli::results::LightErrors;
 use std::rc::Rc;
 use umbrage::lab::{Lab, LabError};
 use umbrage::methods::{Method, MethodSpec};

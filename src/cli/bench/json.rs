@@ -3,7 +3,7 @@
 use super::record::{PAGES, Record, cold, is_cold};
 use crate::cli::failure::Failure;
 use crate::cli::measure::{Spread, Tail};
-use crate::cli::report::{LightErrors, Named};
+use crate::cli::results::{LightErrors, Named};
 use serde::Serialize;
 use serde_json::ser::Formatter;
 use std::io::{self, Write};

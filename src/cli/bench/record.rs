@@ -1,6 +1,6 @@
 //! What is kept of each frame of each method.
 
-use crate::cli::report::LightErrors;
+use crate::cli::results::LightErrors;
 use umbrage::methods::{FrameTimes, MethodSpec};
 use umbrage::truth::Crawl;
 

@@ -3,17 +3,23 @@
 use super::{Sweep, number};
 use crate::cli::failure::Failure;
 use crate::cli::print;
-use crate::cli::report::Row;
-use std::path::Path;
-use umbrage::output::{Chart, Line, Scale, write_svg};
+use crate::cli::results::Row;
+use umbrage::output::{Chart, Line, Scale, draw_svg};
 
 const ERROR: &str = "mismatch in % of decided pixels";
 const TIME: &str = "ms after the depth prepass";
 
-/// Writes `sweep_error_value.svg`, `sweep_time_value.svg`, `sweep_error_time.svg` and, where the value changes the memory,
-/// `sweep_error_bytes.svg`; nothing where the values are words.
-pub fn write(at: &Path, caption: &str, sweep: &Sweep, rows: &[Row]) -> Result<(), Failure> {
-    let Some(values) = sweep.numbers() else { return Ok(()) };
+/// A plot and the name of its file.
+#[derive(Debug)]
+pub struct Plot {
+    pub file: String,
+    pub svg: String,
+}
+
+/// Draws `sweep_error_value.svg`, `sweep_time_value.svg`, `sweep_error_time.svg` and, where the value changes the memory,
+/// `sweep_error_bytes.svg`; none where the values are words.
+pub fn draw(caption: &str, sweep: &Sweep, rows: &[Row]) -> Result<Vec<Plot>, Failure> {
+    let Some(values) = sweep.numbers() else { return Ok(Vec::new()) };
     let rows = &ordered(rows);
     let ends = values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], &v| [a.min(v), b.max(v)]);
     let (bytes, error, time) =
@@ -24,6 +30,7 @@ pub fn write(at: &Path, caption: &str, sweep: &Sweep, rows: &[Row]) -> Result<()
         ("error_time", "Error against time", TIME, ERROR, against(rows, time, error)),
         ("error_bytes", "Error against memory", "MiB of device memory", ERROR, against(rows, bytes, error)),
     ];
+    let mut plots = Vec::new();
     for (file, title, x_label, y_label, lines) in charts {
         let points = || lines.iter().flat_map(|line| &line.points);
         if lines.iter().all(|line| line.points.iter().all(|point| point.0 == line.points[0].0)) {
@@ -32,9 +39,9 @@ pub fn write(at: &Path, caption: &str, sweep: &Sweep, rows: &[Row]) -> Result<()
         let title = format!("{title}, {} swept: {caption}", sweep.key);
         let (x_scale, y_scale) = (Scale::fitting(points().map(|p| p.0)), Scale::fitting(points().map(|p| p.1)));
         let chart = Chart { title: &title, x_label, y_label, x_scale, y_scale, lines: &lines };
-        write_svg(&at.join(format!("sweep_{file}.svg")), &chart)?;
+        plots.push(Plot { file: format!("sweep_{file}.svg"), svg: draw_svg(&chart)? });
     }
-    Ok(())
+    Ok(plots)
 }
 
 /// The runs of a method by value, in the place of its first.
