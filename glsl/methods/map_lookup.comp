@@ -5,14 +5,17 @@
 #include "shared/receiver.glsl"
 #include "methods/fit.glsl"
 #include "methods/sample.glsl"
+#include "methods/bias.glsl"
 
 // A lookup with receiver-plane bias: the nearest texel, or a kernel around it; 1 where there is no surface or no layer holds the sample.
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 2) const uint FILTER = 0u;
 layout(constant_id = 3) const uint TAPS = 4u;
+layout(constant_id = 4) const uint BIAS = 0u;  // BIAS_*
 layout(std430, binding = 5) readonly buffer Fits { Fit fits[]; };
 layout(binding = 6) uniform sampler2DArray map;
 layout(binding = 7, r32f) writeonly uniform image2D visibility_image;
+layout(binding = 8) uniform sampler2DArray second_map;  // with BIAS_MIDPOINT and BIAS_DUAL
 
 uint layer_count(uvec2 layers) { return 1u; }
 uint layer_of(uvec2 layers, uint i) { return layers.x; }
@@ -23,6 +26,31 @@ vec4 layer_quad(uint layer, vec2 low) {
 float layer_depth(uint layer, vec2 texel) { return texelFetch(map, ivec3(texel, layer), 0).r; }
 
 #include "shared/kernel.glsl"
+
+// The z that was stored as a depth, times what divides it there.
+float z_of(float depth) {
+    if (has_position()) {
+        return depth > 0.0 ? light.depth.y / depth : light.rule.z;
+    }
+    return (depth - light.depth.y) / light.depth.x;
+}
+
+// Whether a sample is lit without a look at its plane elsewhere. `size`: of a texel, `slope`: change of z to the next; world
+// units; `q`: what divides stored depths.
+bool lit_by_depth(uint layer, float z, ivec2 texel, float size, vec2 slope, float q) {
+    float nearest = z_of(texelFetch(map, ivec3(texel, layer), 0).r * q);
+    // rounding
+    float stored = nearest + light.rule.y;
+    if (BIAS == BIAS_CONSTANT) {
+        stored += light.rule.x * size;
+    } else if (BIAS == BIAS_SLOPE) {
+        stored += light.rule.x * (0.25 * size + 0.5 * (abs(slope.x) + abs(slope.y)));
+    } else if (BIAS == BIAS_MIDPOINT || BIAS == BIAS_DUAL) {
+        float behind = 0.5 * (z_of(texelFetch(second_map, ivec3(texel, layer), 0).r * q) - nearest);
+        stored += BIAS == BIAS_DUAL ? min(behind, light.rule.x * size) : behind;
+    }
+    return z <= stored;
+}
 
 // False where the layer does not hold the sample.
 bool look_up(uint layer, uvec2 pixel, Sample s, out float lit) {
@@ -46,6 +74,10 @@ bool look_up(uint layer, uvec2 pixel, Sample s, out float lit) {
     float facing = has_position() ? dot(normal, ls) : normal.z;
     vec2 across = clamp(-normal.xy * w / facing, -200.0, 200.0);
     vec2 slope = w * vec2(dot(across, along[0]), dot(across, along[1]));
+    if (BIAS != BIAS_PLANE) {
+        lit = lit_by_depth(layer, ls.z, ivec2(texel), max(size.x, size.y), slope, q) ? 1.0 : 0.0;
+        return true;
+    }
     float bias = light.rule.x * receiver_bias(max(size.x, size.y), slope) + light.rule.y;
     // stored depth is affine over the receiver's plane
     float nearer = has_position() ? max(ls.z - bias, 1e-6 * ls.z) : ls.z - bias;

@@ -5,3 +5,9 @@
 #define MATERIALS_BINDING 3
 #define TEXELS_BINDING 4
 #include "shared/masked_fragment.glsl"
+
+void main() {
+    if (left_out()) {
+        discard;
+    }
+}

@@ -9,12 +9,11 @@ layout(location = 3) flat in uint mirrored;  // 1 where the instance turns trian
 
 #include "shared/alpha.glsl"
 
-void main() {
+// Whether a fragment is of a side that is left out, or cut away.
+bool left_out() {
     bool front = gl_FrontFacing != (mirrored == 1u);
     if ((CULL == 1u && !front) || (CULL == 2u && front)) {
-        discard;
+        return true;
     }
-    if (base_color(materials[material], frag_uv, frag_color).a < materials[material].alpha_cutoff) {
-        discard;
-    }
+    return base_color(materials[material], frag_uv, frag_color).a < materials[material].alpha_cutoff;
 }

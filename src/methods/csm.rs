@@ -3,7 +3,7 @@
 
 use super::map::{self, Given, Map, Screen, Shape, Step};
 use super::map_fit::{across, frustum_in_box};
-use super::{FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
+use super::{BiasKind, FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
 use crate::engine::constants::light_axes;
 use crate::gpu::structs::{Fit, Slices};
 use crate::gpu::sync::{self, Access};
@@ -28,6 +28,7 @@ const PARAMETERS: &[Parameter] = &[
         allowed: "frustum or samples",
         meaning: "what slices and maps are fitted to",
     },
+    super::BIAS,
     super::DEPTH_BIAS,
     super::CULL,
     super::FILTER[0],
@@ -47,6 +48,7 @@ struct Settings {
     lambda: f32,
     to_samples: bool,
     bias_texels: f32,
+    bias: BiasKind,
     cull: Cull,
     filter: Filter,
 }
@@ -57,13 +59,15 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
     // logarithmic splits waste maps on an empty range behind the near plane (book, 4.3.1); samples leave no such range
     let lambda = if to_samples { 1.0 } else { 0.75 };
     let filter = super::filter(spec)?;
+    let (bias, cull) = super::bias_kind(spec)?;
     Ok(Settings {
         cascades: spec.u32_in("cascades", 4, 1..=8)?,
         resolution: spec.u32_in("resolution", 2048, 64..=8192)?,
         lambda: spec.f32_in("lambda", lambda, 0.0..=1.0)?,
         to_samples,
         bias_texels: super::depth_bias(spec)? * filter.bias(),
-        cull: super::cull(spec)?,
+        bias,
+        cull,
         filter,
     })
 }
@@ -89,6 +93,7 @@ impl Csm {
         let shape = Shape {
             side: settings.resolution,
             layers: settings.cascades,
+            bias: settings.bias,
             cull: settings.cull,
             filter: settings.filter,
         };

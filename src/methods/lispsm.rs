@@ -14,6 +14,7 @@ const PARAMETERS: &[Parameter] = &[
         meaning: "from the warp's line to the nearest sample, world units; auto spreads the error evenly (book, 4.17)",
     },
     WARP,
+    super::BIAS,
     super::DEPTH_BIAS,
     super::CULL,
     super::FILTER[0],

@@ -2,7 +2,7 @@
 
 use super::map_fit::{ANGLES, least_area};
 use super::map_light::Kind;
-use super::{Masks, MethodSpec, Statistics, map_light};
+use super::{BiasKind, Masks, MethodSpec, Statistics, map_light};
 use crate::engine::gradient::{Gradient, Receivers};
 use crate::gpu::structs::{Fit, Frame, MapLight, Slices};
 use crate::gpu::sync::{self, Access};
@@ -52,6 +52,7 @@ fn screen_image(lab: &Lab, name: &str, format: vk::Format, usage: vk::ImageUsage
 pub(super) struct Shape {
     pub(super) side: u32,
     pub(super) layers: u32,
+    pub(super) bias: BiasKind,
     pub(super) cull: Cull,
     pub(super) filter: Filter,
 }
@@ -107,11 +108,15 @@ pub(super) struct Map {
     fits: Buffer,
     pub(super) slices: Buffer,
     image: Image,
+    /// The second surface, where the bias asks for it.
+    second: Option<Image>,
     visibility: Image,
     measure: Compute,
     choose: Compute,
     /// Without and with alpha test, for each layer.
     draws: Vec<[Graphics; 2]>,
+    /// What draws the second surface, for each layer.
+    peels: Vec<Graphics>,
     lookup: Compute,
     gpu: Arc<Gpu>,
 }
@@ -127,15 +132,16 @@ impl Map {
         let kind = map_light::kind(light);
         let position = u32::from(kind != Kind::Parallel);
         let gpu = lab.gpu();
-        let Shape { side, layers, cull, filter } = shape;
+        let Shape { side, layers, bias, cull, filter } = shape;
         let largest = gpu.limits.max_image_dimension2_d.min(gpu.limits.max_framebuffer_width);
         if side > largest {
             return Err(LabError::Refused(format!("'{spec}': resolution is {side}, this device allows {largest}")));
         }
         use vk::{BufferUsageFlags as B, Format as F, ImageUsageFlags as I};
         let usage = I::DEPTH_STENCIL_ATTACHMENT | I::SAMPLED;
-        let image =
-            Image::new(gpu, "map", &ImageSpec { format: F::D32_SFLOAT, width: side, height: side, layers, usage })?;
+        let spec = ImageSpec { format: F::D32_SFLOAT, width: side, height: side, layers, usage };
+        let image = Image::new(gpu, "map", &spec)?;
+        let second = bias.peels().then(|| Image::new(gpu, "second map", &spec)).transpose()?;
         let visibility = screen_image(lab, "visibility", F::R32_SFLOAT, I::STORAGE | I::TRANSFER_SRC)?;
         let light = constants_buffer(gpu, "light constants", size_of::<MapLight>())?;
         let storage =
@@ -153,6 +159,8 @@ impl Map {
             Binding::External(scene.texels),
         ];
         // with a side left out every fragment is tested
+        let depth_compare = vk::CompareOp::GREATER_OR_EQUAL;
+        let state = |tested| GraphicsState { depth_compare, ..GraphicsState::casters(scene.position_layout, tested) };
         let pipeline = |layer: u32, masked: bool| {
             let name = if masked { "map_masked" } else { "map" };
             let shaders = if masked || cull != Cull::None {
@@ -162,11 +170,14 @@ impl Map {
                 Shaders { vertex: spirv!("methods/map.vert"), fragment: None, constants: &[layer, position] }
             };
             let tested = shaders.fragment.is_some();
-            let depth_compare = vk::CompareOp::GREATER_OR_EQUAL;
-            let state =
-                GraphicsState { depth_compare, ..GraphicsState::casters(lab.scene_buffers().position_layout, tested) };
-            Graphics::new(gpu, name, &shaders, if tested { &draw } else { &draw[..3] }, &state)
+            Graphics::new(gpu, name, &shaders, if tested { &draw } else { &draw[..3] }, &state(tested))
         };
+        let peel = |layer: u32| {
+            let (vertex, fragment) = (spirv!("methods/map_masked.vert"), spirv!("methods/map_peel.frag"));
+            let shaders = Shaders { vertex, fragment: Some(fragment), constants: &[layer, position, cull as u32] };
+            Graphics::new(gpu, "map_peel", &shaders, &[&draw[..], &[Binding::Sampled(&image)]].concat(), &state(true))
+        };
+        let peels = second.iter().flat_map(|_| 0..layers).map(peel).collect::<Result<_, _>>()?;
         let [kind_of_filter, taps] = filter.words();
         let compute = |name, spirv: &[u8], own: &[Binding<'_>], constants: &[u32]| {
             Compute::new(gpu, name, spirv, &[&samples[..], own].concat(), constants, 0)
@@ -192,8 +203,13 @@ impl Map {
             lookup: compute(
                 "map_lookup",
                 spirv!("methods/map_lookup.comp"),
-                &[draw[1], Binding::Sampled(&image), Binding::StorageImage(&visibility)],
-                &[layers, position, kind_of_filter, taps],
+                &[
+                    draw[1],
+                    Binding::Sampled(&image),
+                    Binding::StorageImage(&visibility),
+                    Binding::Sampled(second.as_ref().unwrap_or(&image)),
+                ],
+                &[layers, position, kind_of_filter, taps, bias as u32],
             )?,
             shape,
             kind,
@@ -202,6 +218,8 @@ impl Map {
             fits,
             slices,
             image,
+            second,
+            peels,
             visibility,
             gpu: gpu.clone(),
         })
@@ -239,16 +257,38 @@ impl Map {
         }
     }
 
+    /// The first surface, then, where it is asked for, the second; both are left for compute shaders.
     fn draw(&self, lab: &Lab, cmd: vk::CommandBuffer) {
+        use Access::*;
+        let device = &self.gpu.device;
+        let draws = || self.draws.iter().flat_map(|[a, b]| [(a, Some(false)), (b, Some(true))]);
+        sync::discard(device, cmd, &self.image, LookupRead, DepthAttachment);
+        self.draw_into(lab, cmd, &self.image, draws());
+        sync::image(device, cmd, &self.image, DepthAttachment, LookupRead);
+        if let Some(second) = &self.second {
+            sync::discard(device, cmd, second, ComputeRead, DepthAttachment);
+            self.draw_into(lab, cmd, second, self.peels.iter().map(|pipeline| (pipeline, None)));
+            sync::image(device, cmd, second, DepthAttachment, ComputeRead);
+        }
+    }
+
+    /// Each pipeline draws the meshes that are, or are not, alpha tested, or all.
+    fn draw_into<'a>(
+        &self,
+        lab: &Lab,
+        cmd: vk::CommandBuffer,
+        image: &Image,
+        draws: impl Iterator<Item = (&'a Graphics, Option<bool>)>,
+    ) {
         let device = &self.gpu.device;
         let scene = lab.scene_buffers();
         let attachment = vk::RenderingAttachmentInfo::default()
-            .image_view(self.image.view)
+            .image_view(image.view)
             .image_layout(vk::ImageLayout::DEPTH_ATTACHMENT_OPTIMAL)
             .load_op(vk::AttachmentLoadOp::CLEAR)
             .store_op(vk::AttachmentStoreOp::STORE)
             .clear_value(vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } });
-        let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: self.image.extent };
+        let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: image.extent };
         let info =
             vk::RenderingInfo::default().render_area(area).layer_count(self.shape.layers).depth_attachment(&attachment);
         // SAFETY: the command buffer is recording; buffers and images outlive the submission
@@ -257,13 +297,13 @@ impl Map {
             set_area(device, cmd, area);
             device.cmd_bind_index_buffer(cmd, scene.indices, 0, vk::IndexType::UINT32);
             device.cmd_bind_vertex_buffers(cmd, 0, &scene.vertices(), &[0, 0]);
-            for (pipeline, alpha_tested) in self.draws.iter().flat_map(|[a, b]| [(a, false), (b, true)]) {
+            for (pipeline, alpha_tested) in draws {
                 pipeline.bind(cmd);
                 for (d, _) in lab
                     .draws()
                     .iter()
                     .zip(&lab.scene().meshes)
-                    .filter(|(d, m)| m.casts && d.alpha_tested == alpha_tested)
+                    .filter(|(d, m)| m.casts && alpha_tested.is_none_or(|tested| d.alpha_tested == tested))
                 {
                     device.cmd_draw_indexed(cmd, d.index_count, d.instance_count, d.first_index, 0, d.first_instance);
                 }
@@ -335,9 +375,7 @@ pub(super) fn record(
         timer.mark(cmd, "fit");
     }
     for map in maps {
-        sync::discard(device, cmd, &map.image, ComputeRead, DepthAttachment);
         map.draw(lab, cmd);
-        sync::image(device, cmd, &map.image, DepthAttachment, ComputeRead);
     }
     timer.mark(cmd, "map");
     for map in maps {
@@ -357,7 +395,7 @@ pub(super) fn masks(maps: &[Map]) -> Masks<'_> {
 pub(super) fn memory(screen: &Screen, maps: &[Map]) -> Vec<(&'static str, u64)> {
     let sum = |bytes: fn(&Map) -> u64| maps.iter().map(bytes).sum::<u64>();
     vec![
-        ("map", sum(|m| m.image.bytes)),
+        ("map", sum(|m| m.image.bytes + m.second.as_ref().map_or(0, |second| second.bytes))),
         ("screen", screen.receivers.bytes() + sum(|m| m.visibility.bytes)),
         ("other", screen.frame.size + sum(|m| m.light.size + m.bounds.size + m.fits.size + m.slices.size)),
     ]

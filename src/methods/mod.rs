@@ -267,6 +267,65 @@ fn filter(spec: &MethodSpec) -> Result<Filter, LabError> {
     })
 }
 
+/// How the map methods keep surfaces from shadowing themselves; as in `glsl/methods/bias.glsl`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum BiasKind {
+    /// By the receiver's plane.
+    Plane,
+    /// By a constant (book, 2.2.3).
+    Constant,
+    /// By a constant and the slope (book, 2.2.3).
+    Slope,
+    /// By sides turned away from the light in place of those turned to it (Wang, Molnar 1994; book, 2.2.4).
+    Second,
+    /// By the middle between the first surface and the second (Woo 1992; book, 2.2.4).
+    Midpoint,
+    /// By the lesser of that and a constant (Weiskopf, Ertl 2003; book, 2.2.4).
+    Dual,
+}
+
+impl BiasKind {
+    /// Whether the second surface is drawn too.
+    fn peels(self) -> bool {
+        matches!(self, BiasKind::Midpoint | BiasKind::Dual)
+    }
+}
+
+/// The key `bias` of the map methods.
+const BIAS: Parameter = Parameter {
+    key: "bias",
+    default: "plane",
+    allowed: "plane, constant, slope, second, midpoint or dual",
+    meaning: "what keeps surfaces from shadowing themselves: the receiver's plane, a constant, that and the slope, the sides turned away, the middle to the second surface, or the lesser of that and a constant",
+};
+
+/// With what is left out of the map, which `second` decides itself.
+fn bias_kind(spec: &MethodSpec) -> Result<(BiasKind, Cull), LabError> {
+    let kinds = ["plane", "constant", "slope", "second", "midpoint", "dual"];
+    let kind = match spec.one_of(BIAS.key, BIAS.default, &kinds)? {
+        "constant" => BiasKind::Constant,
+        "slope" => BiasKind::Slope,
+        "second" => BiasKind::Second,
+        "midpoint" => BiasKind::Midpoint,
+        "dual" => BiasKind::Dual,
+        _ => BiasKind::Plane,
+    };
+    let cull = cull(spec)?;
+    let refused = |key, allowed| {
+        Err(LabError::Usage(format!(
+            "method '{spec}' has bias={} and a {key}, allowed is {allowed}",
+            kinds[kind as usize]
+        )))
+    };
+    if kind == BiasKind::Second && spec.value(CULL.key).is_some() {
+        return refused(CULL.key, "none: it leaves out the sides turned to the light");
+    }
+    if kind != BiasKind::Plane && filter(spec)? != Filter::Hard {
+        return refused(FILTER[0].key, "filter=hard");
+    }
+    Ok((kind, if kind == BiasKind::Second { Cull::Front } else { cull }))
+}
+
 /// The key `cull` of the map methods.
 const CULL: Parameter = Parameter {
     key: "cull",

@@ -7,7 +7,7 @@ use super::{MethodInfo, MethodSpec, Parameter};
 use crate::lab::LabError;
 
 const PARAMETERS: &[Parameter] =
-    &[RESOLUTION, WARP, super::DEPTH_BIAS, super::CULL, super::FILTER[0], super::FILTER[1]];
+    &[RESOLUTION, WARP, super::BIAS, super::DEPTH_BIAS, super::CULL, super::FILTER[0], super::FILTER[1]];
 
 pub(super) const INFO: MethodInfo = MethodInfo {
     name: "psm",

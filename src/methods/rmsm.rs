@@ -132,7 +132,7 @@ const PARAMETERS: &[Parameter] = &[
 pub(super) const INFO: MethodInfo = MethodInfo {
     name: "rmsm",
     source: "Lefohn, Sengupta, Owens 2007; Eisemann et al. 2011, 4.4.2; order of service: Fernando 2002, 2.4",
-    summary: "Resolution-matched pages from a virtual map of 2^20 texels a side, drawn and looked up on the GPU",
+    summary: "Resolution-matched pages from virtual maps of 2^21 texels a side, drawn and looked up on the GPU",
     parameters: PARAMETERS,
 };
 

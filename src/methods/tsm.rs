@@ -14,6 +14,7 @@ const PARAMETERS: &[Parameter] = &[
         meaning: "share of the samples' extent along the view that gets four fifths of the map",
     },
     WARP,
+    super::BIAS,
     super::DEPTH_BIAS,
     super::CULL,
     super::FILTER[0],

@@ -4,7 +4,7 @@
 
 use super::map::{self, Given, Map, Screen, Shape};
 use super::map_fit::{across, box_corners, frustum_in_box};
-use super::{FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
+use super::{BiasKind, FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
 use crate::engine::constants::light_axes;
 use crate::gpu::structs::{Fit, Slices};
 use crate::lab::{Lab, LabError};
@@ -25,6 +25,7 @@ const PARAMETERS: &[Parameter] = &[
         allowed: "scene, frustum or samples",
         meaning: "what the map is fitted to; for spot and point lights scene is the whole cone or cube, and frustum is refused",
     },
+    super::BIAS,
     super::DEPTH_BIAS,
     super::CULL,
     super::FILTER[0],
@@ -49,6 +50,7 @@ struct Settings {
     resolution: u32,
     fit: FitTo,
     bias_texels: f32,
+    bias: BiasKind,
     cull: Cull,
     filter: Filter,
 }
@@ -56,6 +58,7 @@ struct Settings {
 fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
     spec.known(PARAMETERS)?;
     let filter = super::filter(spec)?;
+    let (bias, cull) = super::bias_kind(spec)?;
     Ok(Settings {
         resolution: spec.u32_in("resolution", 4096, 64..=16384)?,
         fit: match spec.one_of("fit", "samples", &["scene", "frustum", "samples"])? {
@@ -64,7 +67,8 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
             _ => FitTo::Samples,
         },
         bias_texels: super::depth_bias(spec)? * filter.bias(),
-        cull: super::cull(spec)?,
+        bias,
+        cull,
         filter,
     })
 }
@@ -93,7 +97,7 @@ impl Uniform {
         let shape = |light| {
             let layers = map_light::layers(light);
             let side = (f64::from(settings.resolution) / f64::from(layers).sqrt()) as u32;
-            Shape { side, layers, cull: settings.cull, filter: settings.filter }
+            Shape { side, layers, bias: settings.bias, cull: settings.cull, filter: settings.filter }
         };
         let maps = lights.iter().map(|l| Map::new(spec, lab, &screen, l, shape(l))).collect::<Result<_, _>>()?;
         Ok(Self { settings, screen, maps })

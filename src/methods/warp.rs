@@ -3,7 +3,7 @@
 //! than those of the fit without one, on the mean over the samples, does not serve.
 
 use super::map::{self, Given, Map, Screen, Shape, Step};
-use super::{FrameTimes, Masks, Method, MethodSpec, Parameter, Statistics, map_light};
+use super::{BiasKind, FrameTimes, Masks, Method, MethodSpec, Parameter, Statistics, map_light};
 use crate::gpu::structs::{Slices, WarpMeasure, WarpPush, WarpRecord};
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Buffer, Compute, spirv};
@@ -52,6 +52,7 @@ pub(super) struct Settings {
     rule: Rule,
     always: bool,
     bias_texels: f32,
+    bias: BiasKind,
     cull: Cull,
     filter: Filter,
 }
@@ -59,12 +60,14 @@ pub(super) struct Settings {
 /// What all of them take, with a rule of their own.
 pub(super) fn settings(spec: &MethodSpec, rule: Rule) -> Result<Settings, LabError> {
     let filter = super::filter(spec)?;
+    let (bias, cull) = super::bias_kind(spec)?;
     Ok(Settings {
         resolution: spec.u32_in(RESOLUTION.key, 4096, 64..=16384)?,
         rule,
         always: spec.one_of(WARP.key, WARP.default, &["auto", "always"])? == "always",
         bias_texels: super::depth_bias(spec)? * filter.bias(),
-        cull: super::cull(spec)?,
+        bias,
+        cull,
         filter,
     })
 }
@@ -84,8 +87,8 @@ impl Warp {
         super::one_directional(spec, lab)?;
         let gpu = lab.gpu();
         let screen = Screen::new(lab)?;
-        let Settings { resolution: side, cull, filter, .. } = settings;
-        let map = Map::new(spec, lab, &screen, &lab.view().lights[0], Shape { side, layers: 1, cull, filter })?;
+        let Settings { resolution: side, bias, cull, filter, .. } = settings;
+        let map = Map::new(spec, lab, &screen, &lab.view().lights[0], Shape { side, layers: 1, bias, cull, filter })?;
         let record = Buffer::storage(gpu, "warp", size_of::<WarpRecord>() as u64, vk::BufferUsageFlags::empty())?;
         let own = [Binding::Storage(&record), Binding::Storage(map.fits())];
         let measured = [&map.samples(&screen)[..], &own].concat();

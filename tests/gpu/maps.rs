@@ -59,6 +59,7 @@ fn directional_maps_match_the_reference() {
             "lispsm:resolution=2048,warp=always,distance=1000",
             "tsm:resolution=2048,warp=always",
             "psm:resolution=2048",
+            "csm:resolution=1024,bias=midpoint",
         ] {
             let (visibility, outside) = draw(&lab, spec);
             near_truth(&format!("{name}, {spec}"), &visibility, &reference);
@@ -107,6 +108,46 @@ fn more_cascades_err_less_on_a_long_scene() {
             assert!(pair[1] < 0.8 * pair[0], "fit={fit}: {mismatch:?}");
         }
     }
+}
+
+/// What keeps surfaces from shadowing themselves, on closed bodies under a high and a low sun: the second surface and the middle
+/// need no number, a constant needs the right one.
+#[test]
+fn kinds_of_bias_on_closed_bodies() {
+    let (scene, mut view) = scenes::closed(SIZE);
+    for direction in [DVec3::new(0.6, -1.0, -0.3), DVec3::new(1.0, -0.25, -0.2)] {
+        view.lights = vec![Light::directional(direction)];
+        let lab = Bench::new(scene.clone(), view.clone());
+        let reference = lab.reference(0, &|_| {}).unwrap();
+        let errs = |bias: &str| {
+            let m = compare(&draw(&lab, &format!("uniform:resolution=1024,bias={bias}")).0, &reference).unwrap();
+            println!(
+                "{bias}: mismatch {:.3}, acne {:.3}, leak {:.3}, lost {:.3} %",
+                m.mismatch, m.acne, m.leak, m.lost
+            );
+            m
+        };
+        let none = errs("constant,depth_bias=0");
+        assert!(none.acne > 5.0, "without bias: {none:?}");
+        for bias in ["second,depth_bias=0", "midpoint,depth_bias=0", "plane", "slope"] {
+            let m = errs(bias);
+            assert!(m.acne < 0.02 * none.acne && m.leak < 0.3 && m.lost < 0.1, "{bias}: {m:?}");
+        }
+        // the lesser of a constant and the middle is as the middle where the constant is large, and as the constant where it is small
+        let [large, small] = ["dual,depth_bias=16", "dual,depth_bias=1"].map(errs);
+        let [middle, constant] = ["midpoint", "constant,depth_bias=1"].map(errs);
+        assert!((large.mismatch - middle.mismatch).abs() < 0.3 * middle.mismatch.max(0.1), "{large:?}, {middle:?}");
+        assert!(small.acne >= constant.acne - 0.05 && small.leak <= constant.leak + 0.05, "{small:?}, {constant:?}");
+    }
+    // too much of it, and shadows leave the feet of what casts them
+    let (scene, view) = scenes::thin_poles(SIZE);
+    let lab = Bench::new(scene, view);
+    let reference = lab.reference(0, &|_| {}).unwrap();
+    let leak =
+        |bias: &str| compare(&draw(&lab, &format!("uniform:resolution=1024,bias={bias}")).0, &reference).unwrap().leak;
+    let (much, right) = (leak("constant,depth_bias=16"), leak("slope"));
+    println!("leak {much:.3} % with 16 texels, {right:.3} with slope");
+    assert!(much > right + 0.05);
 }
 
 /// Whether the warp served, and the image.
