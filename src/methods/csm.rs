@@ -2,7 +2,7 @@
 //! slice has a map of its own. Slices and maps are fitted to the visible samples (Lauritzen et al. 2011) or to the frustum.
 
 use super::map::{self, Given, Map, Screen, Shape, Step};
-use super::map_fit::{across, frustum_in_box};
+use super::map_fit::{across, frustum_in_box, slice_sphere, snapped};
 use super::{BiasKind, FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
 use crate::engine::constants::light_axes;
 use crate::gpu::structs::{Fit, Slices};
@@ -12,6 +12,7 @@ use crate::lab::{Lab, LabError};
 use crate::{Cull, Filter};
 use ash::vk;
 use bytemuck::Zeroable;
+use glam::{DVec2, DVec3};
 
 const PARAMETERS: &[Parameter] = &[
     Parameter { key: "cascades", default: "4", allowed: "1 to 8", meaning: "number of maps" },
@@ -27,6 +28,12 @@ const PARAMETERS: &[Parameter] = &[
         default: "samples",
         allowed: "frustum or samples",
         meaning: "what slices and maps are fitted to",
+    },
+    Parameter {
+        key: "snap",
+        default: "false",
+        allowed: "false or true",
+        meaning: "with fit=frustum: squares of one size whose texels stay in the world while the eye moves",
     },
     super::BIAS,
     super::DEPTH_BIAS,
@@ -47,6 +54,7 @@ struct Settings {
     resolution: u32,
     lambda: f32,
     to_samples: bool,
+    snap: bool,
     bias_texels: f32,
     bias: BiasKind,
     cull: Cull,
@@ -58,6 +66,12 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
     let to_samples = spec.one_of("fit", "samples", &["frustum", "samples"])? == "samples";
     // logarithmic splits waste maps on an empty range behind the near plane (book, 4.3.1); samples leave no such range
     let lambda = if to_samples { 1.0 } else { 0.75 };
+    let snap = spec.one_of("snap", "false", &["false", "true"])? == "true";
+    if snap && to_samples {
+        return Err(LabError::Usage(format!(
+            "method '{spec}' has snap=true, allowed is snap=false without fit=frustum"
+        )));
+    }
     let filter = super::filter(spec)?;
     let (bias, cull) = super::bias_kind(spec)?;
     Ok(Settings {
@@ -65,6 +79,7 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
         resolution: spec.u32_in("resolution", 2048, 64..=8192)?,
         lambda: spec.f32_in("lambda", lambda, 0.0..=1.0)?,
         to_samples,
+        snap,
         bias_texels: super::depth_bias(spec)? * filter.bias(),
         bias,
         cull,
@@ -120,6 +135,38 @@ impl Csm {
         between();
     }
 
+    /// Slices that depend on the camera's angles and the scene alone, in squares whose texels stay in the world.
+    fn snapped_fits(&self, lab: &Lab) -> Result<(Vec<Fit>, Slices), LabError> {
+        let (view, scene) = (lab.view(), lab.scene_buffers());
+        let camera = &view.camera;
+        let [x, y, _] = light_axes(map_light::direction(&view.lights[0]))?;
+        let across = |v: DVec3| DVec2::new(v.dot(x), v.dot(y));
+        let eye = across(camera.eye - lab.scene().origin);
+        let forward = across(-camera.view_from_world().row(2));
+        let tan = (0.5 * camera.fov_y_deg.to_radians()).tan();
+        let tan = DVec2::new(tan * f64::from(view.size[0]) / f64::from(view.size[1]), tan);
+        // what is seen of the scene ends at most this far away; wherever the eye is in it
+        let diagonal = DVec3::from(scene.bounds_max).distance(scene.bounds_min.into());
+        let far = camera.far.min(diagonal).max(2.0 * camera.near);
+        let slices = self.split(camera.near, far);
+        let shape = self.map[0].shape();
+        let fits = slices.splits[..=self.settings.cascades as usize].windows(2).map(|split| {
+            let [middle, radius] = slice_sphere([split[0].into(), split[1].into()], tan);
+            snapped(eye + forward * middle, radius, eye, shape.side.into(), shape.border().into())
+        });
+        Ok((fits.collect(), slices))
+    }
+
+    /// Practical splits.
+    fn split(&self, near: f64, far: f64) -> Slices {
+        let mut slices = Slices::zeroed();
+        let cascades = self.settings.cascades as usize;
+        for (i, split) in slices.splits[..=cascades].iter_mut().enumerate() {
+            *split = practical_split(near, far, i as f64 / cascades as f64, self.settings.lambda.into()) as f32;
+        }
+        slices
+    }
+
     /// Slices of the part of the scene in the frustum, and the fit of each.
     fn frustum_fits(&self, lab: &Lab) -> Result<(Vec<Fit>, Slices), LabError> {
         let (view, origin, scene) = (lab.view(), lab.scene().origin, lab.scene_buffers());
@@ -132,11 +179,8 @@ impl Csm {
         let (near, far) = depths.fold((camera.far, camera.near), |(n, f), d| (d.min(n), d.max(f)));
         let near = near.clamp(camera.near, camera.far);
         let far = far.clamp(near, camera.far);
-        let mut slices = Slices::zeroed();
+        let slices = self.split(near, far);
         let cascades = self.settings.cascades as usize;
-        for (i, split) in slices.splits[..=cascades].iter_mut().enumerate() {
-            *split = practical_split(near, far, i as f64 / cascades as f64, self.settings.lambda.into()) as f32;
-        }
         let axes = light_axes(map_light::direction(&view.lights[0]))?;
         let fits = slices.splits[..=cascades].windows(2).map(|split| {
             let points = clipped([split[0].into(), split[1].into()]);
@@ -158,7 +202,7 @@ impl Method for Csm {
         let given = if self.settings.to_samples {
             Given { light, fits: None, slices: Slices::zeroed() }
         } else {
-            let (fits, slices) = self.frustum_fits(lab)?;
+            let (fits, slices) = if self.settings.snap { self.snapped_fits(lab)? } else { self.frustum_fits(lab)? };
             Given { light, fits: Some(fits), slices }
         };
         let slice = |step, cmd| {

@@ -77,6 +77,32 @@ pub(super) fn across(points: &[DVec3], eye: DVec3, [x, y, _]: [DVec3; 3]) -> Vec
     points.iter().map(|p| DVec2::new((*p - eye).dot(x), (*p - eye).dot(y))).collect()
 }
 
+/// Middle and radius of a sphere around a slice of a view frustum; both as distances along the view direction. `tan`: of half the
+/// angles that the frustum opens.
+pub(super) fn slice_sphere([near, far]: [f64; 2], tan: DVec2) -> [f64; 2] {
+    let wide = tan.length_squared();
+    let middle = (0.5 * (near + far) * (1.0 + wide)).min(far);
+    let radius = ((far - middle).powi(2) + far * far * wide).max((middle - near).powi(2) + near * near * wide).sqrt();
+    [middle, radius]
+}
+
+/// A square of whole texels that holds a circle: its corner lies on a grid that stands in the world, so that texels stay where
+/// they are while the eye moves (Valient 2008; book, 4.1). `middle` and `eye`: across the light, from the scene's origin;
+/// `border`: texels around the circle.
+pub(super) fn snapped(middle: DVec2, radius: f64, eye: DVec2, resolution: f64, border: f64) -> Fit {
+    // one texel more, by which the corner moves
+    let texel = 2.0 * radius / (resolution - 2.0 * border - 1.0);
+    let size = texel * resolution;
+    let low = ((middle - DVec2::splat(radius)) / texel - border).floor() * texel - eye;
+    let row = |axis: DVec2, low: f64| [(axis.x / size) as f32, (axis.y / size) as f32, (-low / size) as f32, 0.0];
+    Fit {
+        row_u: row(DVec2::X, low.x),
+        row_v: row(DVec2::Y, low.y),
+        row_w: UNWARPED,
+        texel: [texel as f32, texel as f32, 0.0, 0.0],
+    }
+}
+
 /// The rectangle of least area among [`ANGLES`] rotations that holds all points, with a border in texels; none without a
 /// point.
 pub(super) fn least_area(points: &[DVec2], resolution: f64, border: f64) -> Fit {
@@ -103,4 +129,43 @@ pub(super) fn least_area(points: &[DVec2], resolution: f64, border: f64) -> Fit 
         }
     }
     best.1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Corners of a slice lie in its sphere, and one of them on it.
+    #[test]
+    fn spheres_hold_their_slices() {
+        for tan in [DVec2::new(0.3, 0.2), DVec2::new(1.0, 0.6), DVec2::new(2.0, 1.5)] {
+            for (near, far) in [(0.1, 1.0), (1.0, 1.5), (10.0, 400.0)] {
+                let [middle, radius] = slice_sphere([near, far], tan);
+                let reach = [near, far].map(|d| ((d - middle).powi(2) + (d * tan).length_squared()).sqrt());
+                let farthest = reach[0].max(reach[1]);
+                assert!((farthest - radius).abs() < 1e-9 * radius, "{tan}, {near} to {far}: {reach:?}, {radius}");
+            }
+        }
+    }
+
+    /// Whatever the eye does, texels have one size and corners differ by whole texels; the circle is inside.
+    #[test]
+    fn snapped_texels_stay_in_the_world() {
+        let (radius, resolution, border) = (7.3, 512.0, 1.0);
+        let fit = |eye: DVec2| snapped(eye * 1.1 + DVec2::new(3.0, -2.0), radius, eye, resolution, border);
+        let first = fit(DVec2::ZERO);
+        let texel = 2.0 * radius / (resolution - 2.0 * border - 1.0);
+        for i in 0..200 {
+            let eye = DVec2::new(0.0137 * f64::from(i), -0.0091 * f64::from(i));
+            let (now, middle) = (fit(eye), eye * 1.1 + DVec2::new(3.0, -2.0));
+            assert_eq!(now.texel, first.texel);
+            for (row, e, m) in [(now.row_u, eye.x, middle.x), (now.row_v, eye.y, middle.y)] {
+                let low = -f64::from(row[2]) * texel * resolution + e;
+                let steps = low / texel;
+                assert!((steps - steps.round()).abs() < 1e-2, "eye {eye}: {steps} texels");
+                assert!(low <= m - radius - 0.9 * border * texel, "eye {eye}: begins at {low}");
+                assert!(low + texel * resolution >= m + radius + 0.9 * border * texel, "eye {eye}");
+            }
+        }
+    }
 }

@@ -60,6 +60,7 @@ fn directional_maps_match_the_reference() {
             "tsm:resolution=2048,warp=always",
             "psm:resolution=2048",
             "csm:resolution=1024,bias=midpoint",
+            "csm:resolution=4096,fit=frustum,snap=true",
         ] {
             let (visibility, outside) = draw(&lab, spec);
             near_truth(&format!("{name}, {spec}"), &visibility, &reference);
@@ -226,6 +227,7 @@ fn every_sample_lies_in_the_map_of_its_layer() {
             &[
                 "csm:resolution=64",
                 "csm:resolution=64,fit=frustum",
+                "csm:resolution=256,fit=frustum,snap=true",
                 "csm:resolution=64,cascades=8",
                 "uniform",
                 "lispsm:resolution=512,warp=always",
