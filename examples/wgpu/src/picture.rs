@@ -1,4 +1,4 @@
-//! What the renderer draws with wgpu: colour and depth of the scene, then the picture with shadows.
+//! What the renderer draws with wgpu: colour, depth and normals of the scene, then the picture with shadows.
 
 use crate::device::Gpu;
 use crate::{Result, SIZE};
@@ -15,10 +15,17 @@ struct Corner { @builtin(position) clip: vec4f, @location(0) from_eye: vec3f }
     let p = vec4f(position, 1.0);
     return Corner(placed[i].clip_from_mesh * p, p * placed[i].rows);
 }
-@fragment fn paint(corner: Corner) -> @location(0) vec4f {
+struct Painted { @location(0) color: vec4f, @location(1) normal: u32 }
+// as umbrage_normal.glsl
+fn encode_normal(n: vec3f) -> u32 {
+    let p = n.xy / (abs(n.x) + abs(n.y) + abs(n.z));
+    let folded = (1.0 - abs(p.yx)) * select(vec2f(-1.0), vec2f(1.0), p >= vec2f(0.0));
+    return pack2x16snorm(select(p, folded, n.z < 0.0));
+}
+@fragment fn paint(corner: Corner) -> Painted {
     var n = normalize(cross(dpdx(corner.from_eye), dpdy(corner.from_eye)));
     n = select(n, -n, dot(n, corner.from_eye) > 0.0);
-    return vec4f(0.5 + 0.4 * n, 1.0);
+    return Painted(vec4f(0.5 + 0.4 * n, 1.0), encode_normal(n));
 }
 @group(0) @binding(0) var color: texture_2d<f32>;
 @group(0) @binding(1) var<storage, read> mask: array<f32>;
@@ -34,6 +41,8 @@ struct Corner { @builtin(position) clip: vec4f, @location(0) from_eye: vec3f }
 pub struct Renderer {
     pub depth: wgpu::Texture,
     pub depth_view: wgpu::TextureView,
+    pub normal: wgpu::Texture,
+    pub normal_view: wgpu::TextureView,
     /// A float for each pixel, where Umbrage's mask goes.
     pub mask: vk::Buffer,
     color: wgpu::TextureView,
@@ -73,6 +82,8 @@ impl Renderer {
         let depth_view = depth.create_view(&wgpu::TextureViewDescriptor::default());
         let color = texture(wgpu::TextureFormat::Rgba8Unorm, T::RENDER_ATTACHMENT | T::TEXTURE_BINDING);
         let color = color.create_view(&wgpu::TextureViewDescriptor::default());
+        let normal = texture(wgpu::TextureFormat::R32Uint, T::RENDER_ATTACHMENT | T::TEXTURE_BINDING);
+        let normal_view = normal.create_view(&wgpu::TextureViewDescriptor::default());
 
         // wgpu's clip space has y up, Vulkan's and Umbrage's y down
         let clip = DMat4::from_scale(DVec3::new(1.0, -1.0, 1.0))
@@ -140,7 +151,7 @@ impl Renderer {
                 module: &module,
                 entry_point: Some("paint"),
                 compilation_options: Default::default(),
-                targets: &[Some(wgpu::TextureFormat::Rgba8Unorm.into())],
+                targets: &[Some(wgpu::TextureFormat::Rgba8Unorm.into()), Some(wgpu::TextureFormat::R32Uint.into())],
             }),
             multiview: None,
             cache: None,
@@ -176,6 +187,8 @@ impl Renderer {
                 .collect(),
             depth,
             depth_view,
+            normal,
+            normal_view,
             mask,
             color,
             pixels,
@@ -189,15 +202,16 @@ impl Renderer {
     pub fn draw(&self, gpu: &Gpu) -> wgpu::CommandBuffer {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         {
-            let clear = |load| wgpu::Operations { load, store: wgpu::StoreOp::Store };
+            let target = |view| {
+                let ops = wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    store: wgpu::StoreOp::Store,
+                };
+                Some(wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target: None, ops })
+            };
             let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
                 label: Some("scene"),
-                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                    view: &self.color,
-                    depth_slice: None,
-                    resolve_target: None,
-                    ops: clear(wgpu::LoadOp::Clear(wgpu::Color::BLACK)),
-                })],
+                color_attachments: &[target(&self.color), target(&self.normal_view)],
                 depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                     view: &self.depth_view,
                     depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
