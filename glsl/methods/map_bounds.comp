@@ -41,7 +41,7 @@ void measure(uint layer) {
     for (uint r = 0u; r < ROWS; r++) {
         uvec2 pixel;
         Sample s;
-        if (!sample_of_row(r, pixel, s) || s.layer != layer || !shone_on(pixel, s)) {
+        if (!sample_of_row(r, pixel, s) || !(s.layer == layer || s.next > 0.0 && s.layer + 1u == layer) || !shone_on(pixel, s)) {
             continue;
         }
         any_sample = true;
@@ -76,7 +76,7 @@ void main() {
             uvec2 pixel;
             Sample s;
             if (sample_of_row(r, pixel, s)) {
-                met |= 1u << s.layer;
+                met |= (s.next > 0.0 ? 3u : 1u) << s.layer;
             }
         }
         atomicOr(group_layers, met);

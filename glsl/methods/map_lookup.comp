@@ -100,7 +100,8 @@ float visibility(uvec2 pixel, float depth) {
     }
     float lit;
     if (look_up(s.layer, pixel, s, lit)) {
-        return lit;
+        float next;
+        return s.next > 0.0 && look_up(s.layer + 1u, pixel, s, next) ? mix(lit, next, s.next) : lit;
     }
     atomicAdd(outside, 1u);
     for (uint layer = 0u; layer < LAYERS; layer++) {

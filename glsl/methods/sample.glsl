@@ -8,10 +8,13 @@ layout(binding = 2) uniform usampler2D receiver_image;
 #define SLICES_BINDING 4
 #include "methods/slices.glsl"
 
+layout(constant_id = 5) const float BLEND = 0.0;  // share of a slice at whose end its map gives way to the next one's
+
 struct Sample {
     vec3 from_eye;
     vec3 normal;  // world space
     uint layer;   // cascade or cube face it belongs to
+    float next;   // weight of the next cascade
 };
 
 // The layer of a sample: the slice of depth, or the face through which a light with a position sees it.
@@ -30,10 +33,19 @@ uint layer_of(vec3 from_eye, float depth) {
     return layer;
 }
 
+float next_weight(uint layer, float depth) {
+    if (BLEND == 0.0 || layer + 1u >= LAYERS) {
+        return 0.0;
+    }
+    float band = BLEND * (splits[layer + 1u] - splits[layer]);
+    return clamp((depth - splits[layer + 1u]) / max(band, 1e-30) + 1.0, 0.0, 1.0);
+}
+
 // All but the normal.
 Sample sample_at(uvec2 pixel, float depth) {
     vec3 from_eye = pixel_ray(frame, pixel) * depth;
-    return Sample(from_eye, vec3(0.0), layer_of(from_eye, depth));
+    uint layer = layer_of(from_eye, depth);
+    return Sample(from_eye, vec3(0.0), layer, next_weight(layer, depth));
 }
 
 // Reads the normal. False where the light does not shine on the surface: turned away, beyond the range or outside the cone.

@@ -30,6 +30,12 @@ const PARAMETERS: &[Parameter] = &[
         meaning: "what slices and maps are fitted to",
     },
     Parameter {
+        key: "blend",
+        default: "0",
+        allowed: "0 to 0.5",
+        meaning: "share of a slice at whose end its map gives way to the next one's, so that no seam is seen",
+    },
+    Parameter {
         key: "snap",
         default: "false",
         allowed: "false or true",
@@ -54,6 +60,7 @@ struct Settings {
     resolution: u32,
     lambda: f32,
     to_samples: bool,
+    blend: f32,
     snap: bool,
     bias_texels: f32,
     bias: BiasKind,
@@ -79,6 +86,7 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
         resolution: spec.u32_in("resolution", 2048, 64..=8192)?,
         lambda: spec.f32_in("lambda", lambda, 0.0..=1.0)?,
         to_samples,
+        blend: spec.f32_in("blend", 0.0, 0.0..=0.5)?,
         snap,
         bias_texels: super::depth_bias(spec)? * filter.bias(),
         bias,
@@ -108,6 +116,7 @@ impl Csm {
         let shape = Shape {
             side: settings.resolution,
             layers: settings.cascades,
+            blend: settings.blend,
             bias: settings.bias,
             cull: settings.cull,
             filter: settings.filter,
@@ -150,11 +159,20 @@ impl Csm {
         let far = camera.far.min(diagonal).max(2.0 * camera.near);
         let slices = self.split(camera.near, far);
         let shape = self.map[0].shape();
-        let fits = slices.splits[..=self.settings.cascades as usize].windows(2).map(|split| {
-            let [middle, radius] = slice_sphere([split[0].into(), split[1].into()], tan);
+        let fits = self.ranges(&slices).map(|range| {
+            let [middle, radius] = slice_sphere(range, tan);
             snapped(eye + forward * middle, radius, eye, shape.side.into(), shape.border().into())
         });
         Ok((fits.collect(), slices))
+    }
+
+    /// The depths that each map holds: its slice, and the end of the one before, which gives way to it.
+    fn ranges<'a>(&self, slices: &'a Slices) -> impl Iterator<Item = [f64; 2]> + use<'a> {
+        let (cascades, blend) = (self.settings.cascades as usize, f64::from(self.settings.blend));
+        (0..cascades).map(move |i| {
+            let [before, begin, end] = [i.saturating_sub(1), i, i + 1].map(|i| f64::from(slices.splits[i]));
+            [begin - blend * (begin - before), end]
+        })
     }
 
     /// Practical splits.
@@ -180,10 +198,9 @@ impl Csm {
         let near = near.clamp(camera.near, camera.far);
         let far = far.clamp(near, camera.far);
         let slices = self.split(near, far);
-        let cascades = self.settings.cascades as usize;
         let axes = light_axes(map_light::direction(&view.lights[0]))?;
-        let fits = slices.splits[..=cascades].windows(2).map(|split| {
-            let points = clipped([split[0].into(), split[1].into()]);
+        let fits = self.ranges(&slices).map(|range| {
+            let points = clipped(range);
             self.map[0].shape().fit(&across(&points, eye, axes))
         });
         Ok((fits.collect(), slices))

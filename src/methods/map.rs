@@ -52,6 +52,8 @@ fn screen_image(lab: &Lab, name: &str, format: vk::Format, usage: vk::ImageUsage
 pub(super) struct Shape {
     pub(super) side: u32,
     pub(super) layers: u32,
+    /// Share of a layer's slice at whose end it gives way to the next; 0: none.
+    pub(super) blend: f32,
     pub(super) bias: BiasKind,
     pub(super) cull: Cull,
     pub(super) filter: Filter,
@@ -132,7 +134,7 @@ impl Map {
         let kind = map_light::kind(light);
         let position = u32::from(kind != Kind::Parallel);
         let gpu = lab.gpu();
-        let Shape { side, layers, bias, cull, filter } = shape;
+        let Shape { side, layers, blend, bias, cull, filter } = shape;
         let largest = gpu.limits.max_image_dimension2_d.min(gpu.limits.max_framebuffer_width);
         if side > largest {
             return Err(LabError::Refused(format!("'{spec}': resolution is {side}, this device allows {largest}")));
@@ -187,7 +189,7 @@ impl Map {
                 "map_bounds",
                 spirv!("methods/map_bounds.comp"),
                 &[Binding::Storage(&bounds)],
-                &[layers, position],
+                &[layers, position, 0, 0, 0, blend.to_bits()],
             )?,
             choose: Compute::new(
                 gpu,
@@ -209,7 +211,7 @@ impl Map {
                     Binding::StorageImage(&visibility),
                     Binding::Sampled(second.as_ref().unwrap_or(&image)),
                 ],
-                &[layers, position, kind_of_filter, taps, bias as u32],
+                &[layers, position, kind_of_filter, taps, bias as u32, blend.to_bits()],
             )?,
             shape,
             kind,

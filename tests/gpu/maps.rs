@@ -151,6 +151,28 @@ fn kinds_of_bias_on_closed_bodies() {
     assert!(much > right + 0.05);
 }
 
+/// Where cascades meet, visibility is a mean of both maps, and nowhere else; what is not blended stays as it is.
+#[test]
+fn cascades_blend_where_they_meet() {
+    let (scene, view) = scenes::long_row(SIZE);
+    let lab = Bench::new(scene, view);
+    let reference = lab.reference(0, &|_| {}).unwrap();
+    for fit in ["samples", "frustum", "frustum,snap=true"] {
+        let [hard, blended, wide] = ["", ",blend=0.2", ",blend=0.5"].map(|blend| {
+            let (visibility, outside) = draw(&lab, &format!("csm:resolution=96,fit={fit}{blend}"));
+            assert_eq!(outside, 0, "fit={fit}{blend}");
+            visibility
+        });
+        let between = |image: &[f32]| image.iter().filter(|v| **v > 0.0 && **v < 1.0).count();
+        assert_eq!(between(&hard), 0);
+        println!("fit={fit}: {} and {} pixels between", between(&blended), between(&wide));
+        assert!(between(&blended) > 4 && between(&wide) > between(&blended), "fit={fit}");
+        let [hard, blended] = [&hard, &blended].map(|image| compare(image, &reference).unwrap().mismatch);
+        // maps that hold the end of the slice before are a little coarser
+        assert!(blended < 1.6 * hard, "fit={fit}: {hard} and {blended} %");
+    }
+}
+
 /// Whether the warp served, and the image.
 fn warped(lab: &Lab, spec: &str) -> (bool, Vec<f32>) {
     let mut method = method(lab, spec).unwrap();
