@@ -27,13 +27,12 @@ fn plane(half: f64) -> Vec<([f64; 2], DVec3)> {
     sheet(12, |u, v| DVec3::new((2.0 * u - 1.0) * half, 0.0, (2.0 * v - 1.0) * half))
 }
 
-/// Turned outwards.
+/// Its lower sides are turned inwards.
 fn block(low: DVec3, high: DVec3) -> Vec<([f64; 2], DVec3)> {
     let side = |axis: usize, end: f64| {
         sheet(1, move |u, v| {
             let mut t = DVec3::splat(end);
-            let (first, second) = if end > 0.0 { (u, v) } else { (v, u) };
-            (t[(axis + 1) % 3], t[(axis + 2) % 3]) = (first, second);
+            (t[(axis + 1) % 3], t[(axis + 2) % 3]) = (u, v);
             low + t * (high - low)
         })
     };
@@ -128,13 +127,26 @@ pub fn sphere_on_plane(size: [u32; 2]) -> (Scene, View) {
     (b.finish(), view([3.0, 4.0, 6.0], [0.5, 0.4, 0.0], [0.6, -1.0, -0.3], size))
 }
 
+/// A block with all sides turned outwards.
+fn closed_block(low: DVec3, high: DVec3) -> Vec<([f64; 2], DVec3)> {
+    let mut corners = block(low, high);
+    let middle = 0.5 * (low + high);
+    for triangle in corners.chunks_exact_mut(3) {
+        let [a, b, c] = [triangle[0].1, triangle[1].1, triangle[2].1];
+        if (b - a).cross(c - a).dot(a - middle) < 0.0 {
+            triangle.swap(1, 2);
+        }
+    }
+    corners
+}
+
 /// Closed bodies that do not touch: a slab with a sphere and blocks over it.
 pub fn closed(size: [u32; 2]) -> (Scene, View) {
     let mut b = Builder::new("closed");
-    b.add(OPAQUE, &block(DVec3::new(-6.0, -1.0, -6.0), DVec3::new(6.0, 0.0, 6.0)));
+    b.add(OPAQUE, &closed_block(DVec3::new(-6.0, -1.0, -6.0), DVec3::new(6.0, 0.0, 6.0)));
     b.add(OPAQUE, &sphere(DVec3::new(0.0, 1.6, 0.0), 1.0));
-    b.add(OPAQUE, &block(DVec3::new(1.5, 0.3, -2.0), DVec3::new(2.5, 1.8, -1.0)));
-    b.add(OPAQUE, &block(DVec3::new(-3.0, 0.8, 0.5), DVec3::new(-2.0, 1.6, 2.0)));
+    b.add(OPAQUE, &closed_block(DVec3::new(1.5, 0.3, -2.0), DVec3::new(2.5, 1.8, -1.0)));
+    b.add(OPAQUE, &closed_block(DVec3::new(-3.0, 0.8, 0.5), DVec3::new(-2.0, 1.6, 2.0)));
     (b.finish(), view([3.0, 4.0, 6.0], [0.0, 0.4, 0.0], [0.6, -1.0, -0.3], size))
 }
 
