@@ -214,11 +214,7 @@ impl Meshes {
     /// # Errors
     /// [`Error::Limit`] for corners that are not finite or not in this order.
     pub fn add_bounds(&mut self, low: [f32; 3], high: [f32; 3]) -> Result<u32, Error> {
-        let ordered = (0..3).all(|i| low[i].is_finite() && high[i].is_finite() && low[i] <= high[i]);
-        if !ordered {
-            let given = format!("{low:?} to {high:?}");
-            return Err(Error::Limit { field: "bounds", given, limit: "finite, the lower corner first".into() });
-        }
+        crate::host::check_bounds(low.map(f64::from), high.map(f64::from))?;
         let cluster = bound(&[low, high], &[[0, 1, 1]], 0);
         let (first_cluster, mesh) = (self.clusters.len() as u32, self.meshes.len() as u32);
         // the words of meshlets begin with one for each cluster that has any

@@ -130,11 +130,7 @@ impl SceneBuffers {
             let (field, given) = ("attributes", "none, with alpha-tested casters".into());
             return Err(Error::Limit { field, given, limit: "texture coordinates and colours of all vertices".into() });
         }
-        let (low, high) = (self.bounds_min, self.bounds_max);
-        if !(0..3).all(|i| low[i].is_finite() && high[i].is_finite() && low[i] <= high[i]) {
-            let given = format!("{low:?} to {high:?}");
-            return Err(Error::Limit { field: "bounds", given, limit: "finite, the lower corner first".into() });
-        }
+        check_bounds(self.bounds_min, self.bounds_max)?;
         Ok(())
     }
 
@@ -142,6 +138,15 @@ impl SceneBuffers {
     pub(crate) fn vertices(&self) -> [vk::Buffer; 2] {
         [self.positions, self.attributes.unwrap_or(self.positions)]
     }
+}
+
+/// Fails for corners of a box that are not finite or not in this order.
+pub(crate) fn check_bounds(low: [f64; 3], high: [f64; 3]) -> Result<(), Error> {
+    if (0..3).all(|i| low[i].is_finite() && high[i].is_finite() && low[i] <= high[i]) {
+        return Ok(());
+    }
+    let given = format!("{low:?} to {high:?}");
+    Err(Error::Limit { field: "bounds", given, limit: "finite, the lower corner first".into() })
 }
 
 /// How the host uses an image before the engine's commands and after them. One value serves both: a host that, for instance,

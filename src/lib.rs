@@ -58,9 +58,9 @@
 //! ```no_run
 //! # use umbrage::*;
 //! # use ash::vk::{Buffer, BufferUsageFlags as U};
-//! # fn upload<T: bytemuck::Pod>(data: &[T], usage: U) -> Buffer { unimplemented!() }
+//! # use bytemuck::cast_slice;
 //! # fn host(device: HostDevice, positions: Vec<[f32; 3]>, box_indices: Vec<u32>, images: ReceiverImages, camera: Camera,
-//! # cmd: ash::vk::CommandBuffer) -> Result<(), Error> {
+//! # cmd: ash::vk::CommandBuffer, upload: impl Fn(&[u8], U) -> Buffer) -> Result<(), Error> {
 //! // one mesh, placed twice; `upload` stands for your own way to make a buffer, always with STORAGE_BUFFER usage
 //! let meshes = Meshes::new(&positions, &[&box_indices])?;
 //! let place = |x: f64| Instance::new(&glam::DAffine3::from_translation(glam::DVec3::new(x, 0.0, 0.0)), 0, 0);
@@ -69,18 +69,18 @@
 //! let mut indices = meshes.indices.clone();
 //! indices.resize(indices.len() + index_capacity as usize, 0);
 //! let buffers = SceneBuffers {
-//!     positions: upload(&positions, U::VERTEX_BUFFER),
+//!     positions: upload(cast_slice(&positions), U::VERTEX_BUFFER),
 //!     position_layout: PositionLayout::PACKED,
 //!     attributes: None, // nothing is alpha tested
-//!     indices: upload(&indices, U::INDEX_BUFFER),
+//!     indices: upload(cast_slice(&indices), U::INDEX_BUFFER),
 //!     index_count: meshes.indices.len() as u32,
-//!     clusters: upload(&meshes.clusters, U::empty()),
-//!     meshlets: upload(&meshes.meshlets, U::empty()),
-//!     instances: upload(&instances, U::empty()),
+//!     clusters: upload(cast_slice(&meshes.clusters), U::empty()),
+//!     meshlets: upload(cast_slice(&meshes.meshlets), U::empty()),
+//!     instances: upload(cast_slice(&instances), U::empty()),
 //!     instance_count: instances.len() as u32,
-//!     meshes: upload(&meshes.meshes, U::empty()),
-//!     materials: upload(&[Material::WHITE], U::empty()),
-//!     texels: upload(&[0u32], U::empty()),
+//!     meshes: upload(cast_slice(&meshes.meshes), U::empty()),
+//!     materials: upload(cast_slice(&[Material::WHITE]), U::empty()),
+//!     texels: upload(&[0; 4], U::empty()),
 //!     shapes: None,     // no ray queries
 //!     host_draws: None, // the engine draws all casters
 //!     caster_count: meshes.caster_count(instances.iter().map(|i| i.mesh)),

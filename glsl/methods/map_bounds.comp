@@ -3,6 +3,7 @@
 #include "shared/frame.glsl"
 #include "shared/receiver.glsl"
 #include "methods/sample.glsl"
+#include "methods/ordered.glsl"
 
 // Bounds of the visible samples that the light shines on, across the light, for each layer and 16 rotations of the map.
 // A thread walks down 32 pixels of a column, once for each layer that its workgroup meets.
@@ -14,12 +15,6 @@ const uint ANGLES = 16u;
 const uint ROWS = 32u;
 shared uint group_bounds[4u * ANGLES];
 shared uint group_layers;  // bit i: the workgroup has samples of layer i
-
-// Unsigned integers in the order of the floats; 0 is never produced.
-uint ordered(float v) {
-    uint bits = floatBitsToUint(v);
-    return (bits & 0x80000000u) != 0u ? ~bits : bits | 0x80000000u;
-}
 
 // Row r of the thread's column: false where there is no surface.
 bool sample_of_row(uint r, out uvec2 pixel, out Sample s) {

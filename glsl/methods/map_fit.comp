@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "methods/fit.glsl"
+#include "methods/ordered.glsl"
 
 // Takes the rotation whose bounds have the least area, for each layer.
 layout(local_size_x = 1) in;
@@ -12,8 +13,6 @@ layout(push_constant) uniform Push {
 };
 
 const uint ANGLES = 16u;
-
-float unordered(uint bits) { return uintBitsToFloat((bits & 0x80000000u) != 0u ? bits & 0x7fffffffu : ~bits); }
 
 void main() {
     float least = 1e38;

@@ -16,13 +16,7 @@ struct Warp {
 
 layout(std430, binding = WARP_BINDING) buffer WarpBlock { Warp warp; };
 
-// Unsigned integers in the order of the floats; 0 is never produced.
-uint ordered(float v) {
-    uint bits = floatBitsToUint(v);
-    return (bits & 0x80000000u) != 0u ? ~bits : bits | 0x80000000u;
-}
-
-float unordered(uint bits) { return uintBitsToFloat((bits & 0x80000000u) != 0u ? bits & 0x7fffffffu : ~bits); }
+#include "methods/ordered.glsl"
 
 const uint STEP_BOUNDS = 0u;
 const uint STEP_SLOPES = 1u;
