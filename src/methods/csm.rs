@@ -1,20 +1,20 @@
 //! Cascaded shadow maps (Engel 2006; Zhang et al. 2006; book, 4.3.1): the visible depths are divided into slices, and each
 //! slice has a map of its own. Slices and maps are fitted to the visible samples (Lauritzen et al. 2011) or to the frustum.
 
+use super::comparison::Comparison;
 use super::map::{self, Given, Map, Screen, Shape, Step};
 use super::map_fit::{across, frustum_in_box, slice_sphere, snapped};
-use super::{BiasKind, FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
+use super::{FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
 use crate::engine::constants::light_axes;
 use crate::gpu::structs::{Fit, Slices};
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Compute, spirv};
 use crate::lab::{Lab, LabError};
-use crate::{Cull, Filter};
 use ash::vk;
 use bytemuck::Zeroable;
 use glam::{DVec2, DVec3};
 
-const PARAMETERS: &[Parameter] = &[
+const PARAMETERS: [Parameter; 11] = Comparison::keys(&[
     Parameter { key: "cascades", default: "4", allowed: "1 to 8", meaning: "number of maps" },
     Parameter { key: "resolution", default: "2048", allowed: "64 to 8192", meaning: "side of each map in texels" },
     Parameter {
@@ -41,18 +41,15 @@ const PARAMETERS: &[Parameter] = &[
         allowed: "false or true",
         meaning: "with fit=frustum: squares of one size whose texels stay in the world while the eye moves",
     },
-    super::BIAS,
-    super::DEPTH_BIAS,
-    super::CULL,
-    super::FILTER[0],
-    super::FILTER[1],
-];
+]);
 
 pub(super) const INFO: MethodInfo = MethodInfo {
     name: "csm",
     source: "Engel 2006; Zhang et al. 2006; Lauritzen et al. 2011; Eisemann et al. 2011, 4.3.1",
     summary: "A map for each slice of depth, slices and maps fitted on the GPU to the visible samples",
-    parameters: PARAMETERS,
+    parameters: &PARAMETERS,
+    check: |spec| settings(spec).map(|_| ()),
+    create: |spec, lab| Ok(Box::new(Csm::new(spec, lab)?)),
 };
 
 struct Settings {
@@ -62,14 +59,10 @@ struct Settings {
     to_samples: bool,
     blend: f32,
     snap: bool,
-    bias_texels: f32,
-    bias: BiasKind,
-    cull: Cull,
-    filter: Filter,
+    comparison: Comparison,
 }
 
 fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
-    spec.known(PARAMETERS)?;
     let to_samples = spec.one_of("fit", "samples", &["frustum", "samples"])? == "samples";
     // logarithmic splits waste maps on an empty range behind the near plane (book, 4.3.1); samples leave no such range
     let lambda = if to_samples { 1.0 } else { 0.75 };
@@ -79,8 +72,6 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
             "method '{spec}' has snap=true, allowed is snap=false without fit=frustum"
         )));
     }
-    let filter = super::filter(spec)?;
-    let (bias, cull) = super::bias_kind(spec)?;
     Ok(Settings {
         cascades: spec.u32_in("cascades", 4, 1..=8)?,
         resolution: spec.u32_in("resolution", 2048, 64..=8192)?,
@@ -88,15 +79,8 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
         to_samples,
         blend: spec.f32_in("blend", 0.0, 0.0..=0.5)?,
         snap,
-        bias_texels: super::depth_bias(spec)? * filter.bias(),
-        bias,
-        cull,
-        filter,
+        comparison: Comparison::of(spec)?,
     })
-}
-
-pub(super) fn check(spec: &MethodSpec) -> Result<(), LabError> {
-    settings(spec).map(|_| ())
 }
 
 pub(super) struct Csm {
@@ -117,9 +101,7 @@ impl Csm {
             side: settings.resolution,
             layers: settings.cascades,
             blend: settings.blend,
-            bias: settings.bias,
-            cull: settings.cull,
-            filter: settings.filter,
+            comparison: settings.comparison,
         };
         let map = Map::new(spec, lab, &screen, &lab.view().lights[0], shape)?;
         let (frame, slices) = (Binding::Uniform(&screen.frame), Binding::Storage(&map.slices));
@@ -215,7 +197,7 @@ fn practical_split(near: f64, far: f64, share: f64, lambda: f64) -> f64 {
 impl Method for Csm {
     fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError> {
         map::check_lights(lab, &self.map)?;
-        let light = map_light::constants(&lab.view().lights[0], lab, self.settings.bias_texels)?;
+        let light = map_light::constants(&lab.view().lights[0], lab, self.settings.comparison.bias_texels)?;
         let given = if self.settings.to_samples {
             Given { light, fits: None, slices: Slices::zeroed() }
         } else {

@@ -1,11 +1,12 @@
 //! Light-space perspective shadow maps (Wimmer, Scherzer, Purgathofer 2004; book, 4.2): a perspective warp along the view
 //! direction as the light sees it, which keeps the light parallel.
 
-use super::warp::{RESOLUTION, Rule, Settings, WARP, settings};
+use super::comparison::Comparison;
+use super::warp::{RESOLUTION, Rule, Settings, WARP, Warp, settings};
 use super::{MethodInfo, MethodSpec, Parameter};
 use crate::lab::LabError;
 
-const PARAMETERS: &[Parameter] = &[
+const PARAMETERS: [Parameter; 8] = Comparison::keys(&[
     RESOLUTION,
     Parameter {
         key: "distance",
@@ -14,22 +15,18 @@ const PARAMETERS: &[Parameter] = &[
         meaning: "from the warp's line to the nearest sample, world units; auto spreads the error evenly (book, 4.17)",
     },
     WARP,
-    super::BIAS,
-    super::DEPTH_BIAS,
-    super::CULL,
-    super::FILTER[0],
-    super::FILTER[1],
-];
+]);
 
 pub(super) const INFO: MethodInfo = MethodInfo {
     name: "lispsm",
     source: "Wimmer, Scherzer, Purgathofer 2004; Eisemann et al. 2011, 4.2",
     summary: "One map, warped so that texels are smaller near the eye, by the parameter that spreads the error evenly",
-    parameters: PARAMETERS,
+    parameters: &PARAMETERS,
+    check: |spec| parse(spec).map(|_| ()),
+    create: |spec, lab| Ok(Box::new(Warp::new(INFO.name, spec, lab, parse(spec)?)?)),
 };
 
-pub(super) fn parse(spec: &MethodSpec) -> Result<Settings, LabError> {
-    spec.known(PARAMETERS)?;
+fn parse(spec: &MethodSpec) -> Result<Settings, LabError> {
     let rule = match spec.value("distance") {
         None | Some("auto") => Rule::Even,
         Some(_) => Rule::Distance(spec.f32_in("distance", 1.0, 1e-3..=1e6)?),

@@ -1,8 +1,9 @@
 //! What the methods that draw fitted maps share: the layers of one light's map with their passes, and a frame of them.
 
+use super::comparison::Comparison;
 use super::map_fit::{ANGLES, least_area};
 use super::map_light::Kind;
-use super::{BiasKind, Masks, MethodSpec, Statistics, map_light};
+use super::{Masks, MethodSpec, Statistics, map_light};
 use crate::engine::gradient::{Gradient, Receivers};
 use crate::gpu::structs::{Fit, Frame, MapLight, Slices};
 use crate::gpu::sync::{self, Access};
@@ -54,9 +55,7 @@ pub(super) struct Shape {
     pub(super) layers: u32,
     /// Share of a layer's slice at whose end it gives way to the next; 0: none.
     pub(super) blend: f32,
-    pub(super) bias: BiasKind,
-    pub(super) cull: Cull,
-    pub(super) filter: Filter,
+    pub(super) comparison: Comparison,
 }
 
 impl Shape {
@@ -68,7 +67,7 @@ impl Shape {
     /// Texels around the samples that a layer holds too.
     pub(super) fn border(&self) -> u32 {
         // rounding keeps every sample inside
-        if self.filter == Filter::Hard { 1 } else { 1 + self.filter.reach() }
+        if self.comparison.filter == Filter::Hard { 1 } else { 1 + self.comparison.filter.reach() }
     }
 }
 
@@ -134,7 +133,7 @@ impl Map {
         let kind = map_light::kind(light);
         let position = u32::from(kind != Kind::Parallel);
         let gpu = lab.gpu();
-        let Shape { side, layers, blend, bias, cull, filter } = shape;
+        let Shape { side, layers, blend, comparison: Comparison { bias, cull, filter, .. } } = shape;
         let largest = gpu.limits.max_image_dimension2_d.min(gpu.limits.max_framebuffer_width);
         if side > largest {
             return Err(LabError::Refused(format!("'{spec}': resolution is {side}, this device allows {largest}")));

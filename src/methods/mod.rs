@@ -1,5 +1,6 @@
 //! The methods of the literature behind one trait, on the same scene, camera, timers and reference.
 
+mod comparison;
 mod csm;
 mod lispsm;
 mod map;
@@ -17,9 +18,9 @@ mod warp;
 
 pub use spec::MethodSpec;
 
+use crate::Light;
 use crate::gpu::{Buffer, Image};
 use crate::lab::{Lab, LabError};
-use crate::{Cull, Filter, Light};
 
 /// One key of a method.
 #[derive(Debug, Clone, Copy)]
@@ -34,6 +35,9 @@ pub struct Parameter {
     pub meaning: &'static str,
 }
 
+/// A method for a lab, or why there is none.
+type Created = Result<Box<dyn Method>, LabError>;
+
 /// What a method is and which keys it takes.
 #[derive(Debug, Clone, Copy)]
 pub struct MethodInfo {
@@ -45,6 +49,10 @@ pub struct MethodInfo {
     pub summary: &'static str,
     /// Its keys.
     pub parameters: &'static [Parameter],
+    /// Checks keys and values.
+    check: fn(&MethodSpec) -> Result<(), LabError>,
+    /// Makes it for keys and values that were checked.
+    create: fn(&MethodSpec, &Lab) -> Created,
 }
 
 /// Times of one frame in milliseconds.
@@ -167,42 +175,31 @@ pub trait Method {
 pub static METHODS: &[MethodInfo] =
     &[rmsm::INFO, uniform::INFO, csm::INFO, lispsm::INFO, tsm::INFO, psm::INFO, raytraced::INFO];
 
+fn info(spec: &MethodSpec) -> Result<&'static MethodInfo, LabError> {
+    METHODS.iter().find(|method| method.name == spec.name).ok_or_else(|| {
+        let names: Vec<_> = METHODS.iter().map(|method| method.name).collect();
+        LabError::Usage(format!("method '{}' does not exist, allowed is {}", spec.name, names.join(", ")))
+    })
+}
+
 /// Checks name, keys and values without a device.
 ///
 /// # Errors
 /// [`LabError::Usage`] with the name, key or value and what is allowed.
 pub fn check(spec: &MethodSpec) -> Result<(), LabError> {
-    match spec.name.as_str() {
-        "rmsm" => rmsm::config(spec, [1, 1]).map(|_| ()),
-        "uniform" => uniform::check(spec),
-        "csm" => csm::check(spec),
-        "lispsm" => lispsm::parse(spec).map(|_| ()),
-        "tsm" => tsm::parse(spec).map(|_| ()),
-        "psm" => psm::parse(spec).map(|_| ()),
-        "raytraced" => raytraced::check(spec),
-        name => {
-            let names: Vec<_> = METHODS.iter().map(|m| m.name).collect();
-            Err(LabError::Usage(format!("method '{name}' does not exist, allowed is {}", names.join(", "))))
-        }
-    }
+    let info = info(spec)?;
+    spec.known(info.parameters)?;
+    (info.check)(spec)
 }
 
 /// Makes a method for a lab.
 ///
 /// # Errors
 /// As [`check`]; [`LabError::Refused`] for a light the method cannot serve; [`LabError::Engine`] as the device reports.
-pub fn create(spec: &MethodSpec, lab: &Lab) -> Result<Box<dyn Method>, LabError> {
+pub fn create(spec: &MethodSpec, lab: &Lab) -> Created {
     check(spec)?;
     hard_lights(spec, lab)?;
-    Ok(match spec.name.as_str() {
-        "uniform" => Box::new(uniform::Uniform::new(spec, lab)?),
-        "csm" => Box::new(csm::Csm::new(spec, lab)?),
-        "lispsm" => Box::new(warp::Warp::new("lispsm", spec, lab, lispsm::parse(spec)?)?),
-        "tsm" => Box::new(warp::Warp::new("tsm", spec, lab, tsm::parse(spec)?)?),
-        "psm" => Box::new(warp::Warp::new("psm", spec, lab, psm::parse(spec)?)?),
-        "raytraced" => Box::new(raytraced::Raytraced::new(spec)?),
-        _ => Box::new(rmsm::Rmsm::new(spec, lab)?),
-    })
+    (info(spec)?.create)(spec, lab)
 }
 
 /// Hard-shadow methods serve lights without extent.
@@ -231,113 +228,5 @@ fn one_directional(spec: &MethodSpec, lab: &Lab) -> Result<(), LabError> {
 fn of_light<'a, T>(each: &'a [T], method: &str, light: usize) -> Result<&'a T, LabError> {
     each.get(light).ok_or_else(|| {
         LabError::Refused(format!("method '{method}' serves {} lights and light {light} was asked for", each.len()))
-    })
-}
-
-/// The key `depth_bias` of the map methods.
-const DEPTH_BIAS: Parameter = Parameter {
-    key: "depth_bias",
-    default: "1",
-    allowed: "0 to 16",
-    meaning: "depth bias beyond the receiver plane's, in texels plus a quarter of their slope, times half a filter's taps",
-};
-
-fn depth_bias(spec: &MethodSpec) -> Result<f32, LabError> {
-    spec.f32_in(DEPTH_BIAS.key, 1.0, 0.0..=16.0)
-}
-
-/// The keys of [`filter`].
-const FILTER: [Parameter; 2] = [
-    Parameter {
-        key: "filter",
-        default: "hard",
-        allowed: "hard, pcf, poisson or bilinear",
-        meaning: "hard shadows, or kernels: nearest texels, points of a disc, or bilinear lookups",
-    },
-    Parameter { key: "taps", default: "4", allowed: "2 to 9", meaning: "texels along a side of the filter's kernel" },
-];
-
-fn filter(spec: &MethodSpec) -> Result<Filter, LabError> {
-    let taps = spec.u32_in("taps", 4, 2..=9)?;
-    Ok(match spec.one_of("filter", "hard", &["hard", "pcf", "poisson", "bilinear"])? {
-        "pcf" => Filter::Pcf { taps },
-        "poisson" => Filter::Poisson { taps },
-        "bilinear" => Filter::Bilinear { taps },
-        _ => Filter::Hard,
-    })
-}
-
-/// How the map methods keep surfaces from shadowing themselves; as in `glsl/methods/bias.glsl`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum BiasKind {
-    /// By the receiver's plane.
-    Plane,
-    /// By a constant (book, 2.2.3).
-    Constant,
-    /// By a constant and the slope (book, 2.2.3).
-    Slope,
-    /// By sides turned away from the light in place of those turned to it (Wang, Molnar 1994; book, 2.2.4).
-    Second,
-    /// By the middle between the first surface and the second (Woo 1992; book, 2.2.4).
-    Midpoint,
-    /// By the lesser of that and a constant (Weiskopf, Ertl 2003; book, 2.2.4).
-    Dual,
-}
-
-impl BiasKind {
-    /// Whether the second surface is drawn too.
-    fn peels(self) -> bool {
-        matches!(self, BiasKind::Midpoint | BiasKind::Dual)
-    }
-}
-
-/// The key `bias` of the map methods.
-const BIAS: Parameter = Parameter {
-    key: "bias",
-    default: "plane",
-    allowed: "plane, constant, slope, second, midpoint or dual",
-    meaning: "what keeps surfaces from shadowing themselves: the receiver's plane, a constant, that and the slope, the sides turned away, the middle to the second surface, or the lesser of that and a constant",
-};
-
-/// With what is left out of the map, which `second` decides itself.
-fn bias_kind(spec: &MethodSpec) -> Result<(BiasKind, Cull), LabError> {
-    let kinds = ["plane", "constant", "slope", "second", "midpoint", "dual"];
-    let kind = match spec.one_of(BIAS.key, BIAS.default, &kinds)? {
-        "constant" => BiasKind::Constant,
-        "slope" => BiasKind::Slope,
-        "second" => BiasKind::Second,
-        "midpoint" => BiasKind::Midpoint,
-        "dual" => BiasKind::Dual,
-        _ => BiasKind::Plane,
-    };
-    let cull = cull(spec)?;
-    let refused = |key, allowed| {
-        Err(LabError::Usage(format!(
-            "method '{spec}' has bias={} and a {key}, allowed is {allowed}",
-            kinds[kind as usize]
-        )))
-    };
-    if kind == BiasKind::Second && spec.value(CULL.key).is_some() {
-        return refused(CULL.key, "none: it leaves out the sides turned to the light");
-    }
-    if kind != BiasKind::Plane && filter(spec)? != Filter::Hard {
-        return refused(FILTER[0].key, "filter=hard");
-    }
-    Ok((kind, if kind == BiasKind::Second { Cull::Front } else { cull }))
-}
-
-/// The key `cull` of the map methods.
-const CULL: Parameter = Parameter {
-    key: "cull",
-    default: "none",
-    allowed: "none, back or front",
-    meaning: "sides of casters left out, as the light sees them",
-};
-
-fn cull(spec: &MethodSpec) -> Result<Cull, LabError> {
-    Ok(match spec.one_of(CULL.key, CULL.default, &["none", "back", "front"])? {
-        "back" => Cull::Back,
-        "front" => Cull::Front,
-        _ => Cull::None,
     })
 }

@@ -20,15 +20,12 @@ pub(super) const INFO: MethodInfo = MethodInfo {
     source: "Appel 1968; the reference of all error figures",
     summary: "One ray from every visible sample to each light through a BVH, on the CPU",
     parameters: PARAMETERS,
+    check: |spec| turned(spec).map(|_| ()),
+    create: |spec, _| Ok(Box::new(Raytraced::new(spec)?)),
 };
 
 fn turned(spec: &MethodSpec) -> Result<bool, LabError> {
-    spec.known(PARAMETERS)?;
     Ok(spec.one_of("turned", "false", &["true", "false"])? == "true")
-}
-
-pub(super) fn check(spec: &MethodSpec) -> Result<(), LabError> {
-    turned(spec).map(|_| ())
 }
 
 pub(super) struct Raytraced {

@@ -3,7 +3,7 @@
 use super::rmsm_pages::RmsmPages;
 use super::{
     DebugPicture, FrameTimes, LevelStatistics, Masks, Method, MethodInfo, MethodSpec, PageViews, Parameter, Statistics,
-    rmsm_pictures,
+    comparison, rmsm_pictures,
 };
 use crate::engine::constants::ROOT_LEVEL;
 use crate::engine::{Engine, LightId};
@@ -57,10 +57,10 @@ const PARAMETERS: &[Parameter] = &[
         allowed: "1, 4, 8 or 16; 1 without exact=true",
         meaning: "samples a pixel: visibility is the share of them that the light reaches",
     },
-    super::DEPTH_BIAS,
-    super::CULL,
-    super::FILTER[0],
-    super::FILTER[1],
+    comparison::DEPTH_BIAS,
+    comparison::CULL,
+    comparison::FILTER[0],
+    comparison::FILTER[1],
     Parameter {
         key: "blend",
         default: "false",
@@ -134,10 +134,11 @@ pub(super) const INFO: MethodInfo = MethodInfo {
     source: "Lefohn, Sengupta, Owens 2007; Eisemann et al. 2011, 4.4.2; order of service: Fernando 2002, 2.4",
     summary: "Resolution-matched pages from virtual maps of 2^21 texels a side, drawn and looked up on the GPU",
     parameters: PARAMETERS,
+    check: |spec| config(spec, [1, 1]).map(|_| ()),
+    create: |spec, lab| Ok(Box::new(Rmsm::new(spec, lab)?)),
 };
 
 pub(super) fn config(spec: &MethodSpec, size: [u32; 2]) -> Result<Config, LabError> {
-    spec.known(PARAMETERS)?;
     let mut config = Config::new(size);
     config.atlas_bytes = u64::from(spec.u32_in("atlas_mib", 64, 1..=1024)?) << 20;
     config.level_bias = spec.f32_in("bias", config.level_bias, -8.0..=8.0)?;
@@ -150,7 +151,7 @@ pub(super) fn config(spec: &MethodSpec, size: [u32; 2]) -> Result<Config, LabErr
         _ => RequestRoute::Flags,
     };
     config.page_texels = spec.one_of("page", "128", &["64", "128", "256", "512"])?.parse().unwrap_or(128);
-    config.filter = super::filter(spec)?;
+    config.filter = comparison::filter(spec)?;
     config.level_blend = spec.one_of("blend", "false", &["true", "false"])? == "true";
     config.gutter = if is_auto(spec, "gutter") { config.filter.reach() } else { spec.u32_in("gutter", 2, 1..=8)? };
     config.exact = spec.one_of("exact", "false", &["true", "false"])? == "true";
@@ -158,7 +159,7 @@ pub(super) fn config(spec: &MethodSpec, size: [u32; 2]) -> Result<Config, LabErr
     config.samples = spec.one_of("samples", "1", &["1", "4", "8", "16"])?.parse().unwrap_or(1);
     config.virtual_bits = spec.u32_in("virtual", config.virtual_bits, 15..=30)?;
     config.bias_texels = spec.f32_in("depth_bias", config.bias_texels, 0.0..=16.0)?;
-    config.cull = super::cull(spec)?;
+    config.cull = comparison::cull(spec)?;
     config.pressure = match spec.one_of("pressure", "demand", &["demand", "histogram", "level"])? {
         "histogram" => Pressure::Histogram,
         "level" => Pressure::Level,

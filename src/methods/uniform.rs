@@ -2,17 +2,18 @@
 //! the part of the scene in the view frustum, or over the visible samples. A spot light's map is a perspective one; a point
 //! light and a spot light beyond 60 degrees from its axis have one for each face of a cube.
 
+use super::comparison::Comparison;
 use super::map::{self, Given, Map, Screen, Shape};
 use super::map_fit::{across, box_corners, frustum_in_box};
-use super::{BiasKind, FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
+use super::{FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
+use crate::Light;
 use crate::engine::constants::light_axes;
 use crate::gpu::structs::{Fit, Slices};
 use crate::lab::{Lab, LabError};
-use crate::{Cull, Filter, Light};
 use bytemuck::Zeroable;
 use glam::{DVec2, DVec3};
 
-const PARAMETERS: &[Parameter] = &[
+const PARAMETERS: [Parameter; 7] = Comparison::keys(&[
     Parameter {
         key: "resolution",
         default: "4096",
@@ -25,18 +26,15 @@ const PARAMETERS: &[Parameter] = &[
         allowed: "scene, frustum or samples",
         meaning: "what the map is fitted to; for spot and point lights scene is the whole cone or cube, and frustum is refused",
     },
-    super::BIAS,
-    super::DEPTH_BIAS,
-    super::CULL,
-    super::FILTER[0],
-    super::FILTER[1],
-];
+]);
 
 pub(super) const INFO: MethodInfo = MethodInfo {
     name: "uniform",
     source: "Williams 1978; Eisemann et al. 2011, 2.2 and 4.1",
     summary: "One conventional map, fitted on the GPU to the visible samples that face the light, turned to least area",
-    parameters: PARAMETERS,
+    parameters: &PARAMETERS,
+    check: |spec| settings(spec).map(|_| ()),
+    create: |spec, lab| Ok(Box::new(Uniform::new(spec, lab)?)),
 };
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -49,16 +47,10 @@ enum FitTo {
 struct Settings {
     resolution: u32,
     fit: FitTo,
-    bias_texels: f32,
-    bias: BiasKind,
-    cull: Cull,
-    filter: Filter,
+    comparison: Comparison,
 }
 
 fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
-    spec.known(PARAMETERS)?;
-    let filter = super::filter(spec)?;
-    let (bias, cull) = super::bias_kind(spec)?;
     Ok(Settings {
         resolution: spec.u32_in("resolution", 4096, 64..=16384)?,
         fit: match spec.one_of("fit", "samples", &["scene", "frustum", "samples"])? {
@@ -66,15 +58,8 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
             "frustum" => FitTo::Frustum,
             _ => FitTo::Samples,
         },
-        bias_texels: super::depth_bias(spec)? * filter.bias(),
-        bias,
-        cull,
-        filter,
+        comparison: Comparison::of(spec)?,
     })
-}
-
-pub(super) fn check(spec: &MethodSpec) -> Result<(), LabError> {
-    settings(spec).map(|_| ())
 }
 
 pub(super) struct Uniform {
@@ -97,7 +82,7 @@ impl Uniform {
         let shape = |light| {
             let layers = map_light::layers(light);
             let side = (f64::from(settings.resolution) / f64::from(layers).sqrt()) as u32;
-            Shape { side, layers, blend: 0.0, bias: settings.bias, cull: settings.cull, filter: settings.filter }
+            Shape { side, layers, blend: 0.0, comparison: settings.comparison }
         };
         let maps = lights.iter().map(|l| Map::new(spec, lab, &screen, l, shape(l))).collect::<Result<_, _>>()?;
         Ok(Self { settings, screen, maps })
@@ -139,7 +124,7 @@ impl Method for Uniform {
                 _ => Some(self.fixed_fits(lab, light, map)?),
             };
             Ok(Given {
-                light: map_light::constants(light, lab, self.settings.bias_texels)?,
+                light: map_light::constants(light, lab, self.settings.comparison.bias_texels)?,
                 fits,
                 slices: Slices::zeroed(),
             })

@@ -2,13 +2,13 @@
 //! samples, then warped so that texels are smaller where the eye is near. A warp whose texels would look larger in the image
 //! than those of the fit without one, on the mean over the samples, does not serve.
 
+use super::comparison::Comparison;
 use super::map::{self, Given, Map, Screen, Shape, Step};
-use super::{BiasKind, FrameTimes, Masks, Method, MethodSpec, Parameter, Statistics, map_light};
+use super::{FrameTimes, Masks, Method, MethodSpec, Parameter, Statistics, map_light};
 use crate::gpu::structs::{Slices, WarpMeasure, WarpPush, WarpRecord};
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Buffer, Compute, spirv};
 use crate::lab::{Lab, LabError};
-use crate::{Cull, Filter};
 use ash::vk;
 use bytemuck::Zeroable;
 use glam::DVec2;
@@ -51,24 +51,16 @@ pub(super) struct Settings {
     resolution: u32,
     rule: Rule,
     always: bool,
-    bias_texels: f32,
-    bias: BiasKind,
-    cull: Cull,
-    filter: Filter,
+    comparison: Comparison,
 }
 
 /// What all of them take, with a rule of their own.
 pub(super) fn settings(spec: &MethodSpec, rule: Rule) -> Result<Settings, LabError> {
-    let filter = super::filter(spec)?;
-    let (bias, cull) = super::bias_kind(spec)?;
     Ok(Settings {
         resolution: spec.u32_in(RESOLUTION.key, 4096, 64..=16384)?,
         rule,
         always: spec.one_of(WARP.key, WARP.default, &["auto", "always"])? == "always",
-        bias_texels: super::depth_bias(spec)? * filter.bias(),
-        bias,
-        cull,
-        filter,
+        comparison: Comparison::of(spec)?,
     })
 }
 
@@ -87,14 +79,9 @@ impl Warp {
         super::one_directional(spec, lab)?;
         let gpu = lab.gpu();
         let screen = Screen::new(lab)?;
-        let Settings { resolution: side, bias, cull, filter, .. } = settings;
-        let map = Map::new(
-            spec,
-            lab,
-            &screen,
-            &lab.view().lights[0],
-            Shape { side, layers: 1, blend: 0.0, bias, cull, filter },
-        )?;
+        let Settings { resolution: side, comparison, .. } = settings;
+        let map =
+            Map::new(spec, lab, &screen, &lab.view().lights[0], Shape { side, layers: 1, blend: 0.0, comparison })?;
         let record = Buffer::storage(gpu, "warp", size_of::<WarpRecord>() as u64, vk::BufferUsageFlags::empty())?;
         let own = [Binding::Storage(&record), Binding::Storage(map.fits())];
         let measured = [&map.samples(&screen)[..], &own].concat();
@@ -145,7 +132,7 @@ impl Warp {
 impl Method for Warp {
     fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError> {
         map::check_lights(lab, &self.map)?;
-        let light = map_light::constants(&lab.view().lights[0], lab, self.settings.bias_texels)?;
+        let light = map_light::constants(&lab.view().lights[0], lab, self.settings.comparison.bias_texels)?;
         let given = Given { light, fits: None, slices: Slices::zeroed() };
         let axis = self.axis(lab)?;
         let camera = lab.camera_constants()?;
