@@ -8,7 +8,7 @@ use spirv::{assert_layout, check_layout, committed, files, path, read};
 use std::collections::BTreeSet;
 use std::mem::offset_of;
 use umbrage::gpu::structs::{
-    AtlasPush, ChoosePush, Counters, Face, Fit, Frame, ItemPush, LightRecord, MapLight, MeshBounds, Node, Page,
+    AtlasPush, ChoosePush, Counters, Edge, EdgeRun, Face, Fit, Frame, ItemPush, LightRecord, MapLight, MeshBounds, Node, Page,
     PreparePush, RequestPush, RetryPush, ShadeLight, ShadePush, Slices, Slot, Tracked, TrianglePush, WarpMeasure,
     WarpPush, WarpRecord,
 };
@@ -106,6 +106,8 @@ fn map_structs_are_those_of_the_shaders() {
     let push = fields!(WarpPush, axis step resolution border sine parameter always);
     assert_layout::<WarpPush>(&committed("methods/warp_choose.comp"), "Push", push);
     assert_layout::<Slices>(&all, "Slices", fields!(Slices, extremes outside splits));
+    assert_layout::<Edge>(&all, "Edge", fields!(Edge, ends first count));
+    assert_layout::<EdgeRun>(&all, "EdgeRun", fields!(EdgeRun, instance first count));
     assert_eq!(offset_of!(MapLight, rule) + 16, size_of::<MapLight>());
 }
 
@@ -149,6 +151,8 @@ fn no_struct_is_forgotten() {
         "DrawCommand",
         "Fit",
         "Face",
+        "Edge",
+        "EdgeRun",
         "ShadeLight",
     ];
     let structs = committed("").into_iter().flat_map(|s| read(&s.words).structs).filter(|s| s.stride.is_some());

@@ -3,7 +3,9 @@
 use super::comparison::Comparison;
 use super::map_fit::{ANGLES, least_area};
 use super::map_light::Kind;
-use super::{Masks, MethodSpec, Statistics, map_light};
+use super::silhouette_edges::Edges;
+use super::silhouette_map::SilhouetteMap;
+use super::{DebugPicture, Masks, MethodSpec, Statistics, map_light};
 use crate::engine::gradient::{Gradient, Receivers};
 use crate::gpu::structs::{Fit, Frame, MapLight, Slices};
 use crate::gpu::sync::{self, Access};
@@ -22,6 +24,8 @@ pub(super) struct Screen {
     pub(super) receivers: Receivers,
     gradient: Gradient,
     size: [u32; 2],
+    /// Where maps hold silhouettes too.
+    edges: Option<Edges>,
 }
 
 impl Screen {
@@ -30,7 +34,12 @@ impl Screen {
         let frame = constants_buffer(gpu, "frame constants", size_of::<Frame>())?;
         let receivers = Receivers::new(gpu, lab.view().size)?;
         let gradient = Gradient::new(gpu, Binding::Uniform(&frame), &lab.prepass().images(), &receivers)?;
-        Ok(Self { frame, receivers, gradient, size: lab.view().size })
+        Ok(Self { frame, receivers, gradient, size: lab.view().size, edges: None })
+    }
+
+    /// For maps that hold silhouettes too.
+    pub(super) fn with_edges(lab: &Lab) -> Result<Self, LabError> {
+        Ok(Self { edges: Some(Edges::new(lab)?), ..Self::new(lab)? })
     }
 
     /// Workgroups of a pass in which a thread walks down 32 pixels of a column.
@@ -111,6 +120,7 @@ pub(super) struct Map {
     image: Image,
     /// The second surface, where the bias asks for it.
     second: Option<Image>,
+    silhouettes: Option<SilhouetteMap>,
     visibility: Image,
     measure: Compute,
     choose: Compute,
@@ -139,10 +149,12 @@ impl Map {
             return Err(LabError::Refused(format!("'{spec}': resolution is {side}, this device allows {largest}")));
         }
         use vk::{BufferUsageFlags as B, Format as F, ImageUsageFlags as I};
-        let usage = I::DEPTH_STENCIL_ATTACHMENT | I::SAMPLED;
+        // debug pictures copy what has silhouettes
+        let usage = I::DEPTH_STENCIL_ATTACHMENT | I::SAMPLED | I::TRANSFER_SRC;
         let spec = ImageSpec { format: F::D32_SFLOAT, width: side, height: side, layers, usage };
         let image = Image::new(gpu, "map", &spec)?;
         let second = bias.peels().then(|| Image::new(gpu, "second map", &spec)).transpose()?;
+        let edges = screen.edges.as_ref();
         let visibility = screen_image(lab, "visibility", F::R32_SFLOAT, I::STORAGE | I::TRANSFER_SRC)?;
         let light = constants_buffer(gpu, "light constants", size_of::<MapLight>())?;
         let storage =
@@ -150,6 +162,7 @@ impl Map {
         let bounds = storage("sample bounds", 4 * 4, ANGLES * layers)?;
         let fits = storage("fits", size_of::<Fit>(), layers)?;
         let slices = storage("slices", size_of::<Slices>(), 1)?;
+        let silhouettes = edges.map(|edges| SilhouetteMap::new(lab, edges, (&light, &fits, &image), position)).transpose()?;
         let scene = lab.scene_buffers();
         let samples = samples(screen, &light, &slices);
         let draw = [
@@ -209,8 +222,17 @@ impl Map {
                     Binding::Sampled(&image),
                     Binding::StorageImage(&visibility),
                     Binding::Sampled(second.as_ref().unwrap_or(&image)),
+                    Binding::Sampled(silhouettes.as_ref().map_or(&image, SilhouetteMap::points)),
                 ],
-                &[layers, position, kind_of_filter, taps, bias as u32, blend.to_bits()],
+                &[
+                    layers,
+                    position,
+                    kind_of_filter,
+                    taps,
+                    bias as u32,
+                    blend.to_bits(),
+                    u32::from(silhouettes.is_some()),
+                ],
             )?,
             shape,
             kind,
@@ -221,6 +243,7 @@ impl Map {
             image,
             second,
             peels,
+            silhouettes,
             visibility,
             gpu: gpu.clone(),
         })
@@ -241,11 +264,29 @@ impl Map {
         Ok(bytemuck::pod_collect_to_vec(&lab.read_image(&self.visibility, Access::TransferRead, 4)?))
     }
 
+    /// Where the map holds silhouettes: its first layer with them.
+    pub(super) fn debug_pictures(&self, lab: &Lab) -> Result<Vec<DebugPicture>, LabError> {
+        self.silhouettes.iter().map(|silhouettes| silhouettes.picture(lab, &self.image)).collect()
+    }
+
     pub(super) fn shape(&self) -> &Shape {
         &self.shape
     }
 
+    /// The fit of a layer to what it must hold.
+    pub(super) fn fit(&self, points: &[DVec2]) -> Fit {
+        least_area(points, self.shape.side.into(), self.border().into())
+    }
+
+    /// Texels around the samples that a layer holds too; silhouettes are looked up around the texel beside a sample's.
+    fn border(&self) -> u32 {
+        self.shape.border() + u32::from(self.silhouettes.is_some())
+    }
+
     fn write(&self, cmd: vk::CommandBuffer, given: &Given) {
+        if let Some(silhouettes) = &self.silhouettes {
+            silhouettes.reset(cmd);
+        }
         let device = &self.gpu.device;
         // SAFETY: the command buffer is recording; the data is smaller than 64 KiB
         unsafe {
@@ -368,7 +409,7 @@ pub(super) fn record(
         fitted().for_each(|map| map.measure.dispatch(cmd, &(), screen.columns()));
         sync::barrier(device, cmd, &[(ComputeWrite, ComputeRead)]);
         fitted().for_each(|map| {
-            map.choose.dispatch(cmd, &[map.shape.side, map.shape.border()].map(|v| v as f32), [map.shape.layers, 1, 1])
+            map.choose.dispatch(cmd, &[map.shape.side, map.border()].map(|v| v as f32), [map.shape.layers, 1, 1])
         });
         sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite)]);
         steps(Step::Fitted, cmd);
@@ -379,6 +420,10 @@ pub(super) fn record(
         map.draw(lab, cmd);
     }
     timer.mark(cmd, "map");
+    if screen.edges.is_some() {
+        maps.iter().filter_map(|map| map.silhouettes.as_ref()).for_each(|silhouettes| silhouettes.record(cmd));
+        timer.mark(cmd, "silhouettes");
+    }
     for map in maps {
         sync::discard(device, cmd, &map.visibility, TransferRead, StorageImage);
         map.lookup.dispatch(cmd, &(), [screen.size[0].div_ceil(8), screen.size[1].div_ceil(8), 1]);
@@ -395,16 +440,22 @@ pub(super) fn masks(maps: &[Map]) -> Masks<'_> {
 /// Device memory by purpose, in bytes.
 pub(super) fn memory(screen: &Screen, maps: &[Map]) -> Vec<(&'static str, u64)> {
     let sum = |bytes: fn(&Map) -> u64| maps.iter().map(bytes).sum::<u64>();
-    vec![
+    let mut memory = vec![
         ("map", sum(|m| m.image.bytes + m.second.as_ref().map_or(0, |second| second.bytes))),
         ("screen", screen.receivers.bytes() + sum(|m| m.visibility.bytes)),
         ("other", screen.frame.size + sum(|m| m.light.size + m.bounds.size + m.fits.size + m.slices.size)),
-    ]
+    ];
+    if let Some(edges) = &screen.edges {
+        memory.push(("silhouettes", sum(|m| m.silhouettes.as_ref().map_or(0, SilhouetteMap::bytes))));
+        memory.push(("edges", edges.bytes()));
+    }
+    memory
 }
 
 /// Statistics of the last frame of all lights.
 pub(super) fn statistics(lab: &Lab, maps: &[Map]) -> Result<Statistics, LabError> {
     let (mut effective_resolution, mut outside) = (0.0f64, 0);
+    let mut found = None;
     for (map, light) in maps.iter().zip(&lab.view().lights) {
         let fits: Vec<Fit> = bytemuck::pod_collect_to_vec(&lab.read_buffer(&map.fits)?);
         let texels = fits[..map.shape.layers as usize].iter().map(|f| f64::from(f.texel[0].min(f.texel[1])));
@@ -412,6 +463,10 @@ pub(super) fn statistics(lab: &Lab, maps: &[Map]) -> Result<Statistics, LabError
         effective_resolution = effective_resolution.max(map_light::extent(light, lab.scene_buffers()) / finest);
         let slices: Slices = bytemuck::pod_read_unaligned(&lab.read_buffer(&map.slices)?[..size_of::<Slices>()]);
         outside += u64::from(slices.outside);
+        if let Some(silhouettes) = &map.silhouettes {
+            found = Some(found.unwrap_or(0) + silhouettes.found(lab)?.len() as u64);
+        }
     }
-    Ok(Statistics { effective_resolution, counters: vec![("outside", outside)], ..Statistics::default() })
+    let counters = [("outside", outside)].into_iter().chain(found.map(|found| ("silhouettes", found))).collect();
+    Ok(Statistics { effective_resolution, counters, ..Statistics::default() })
 }

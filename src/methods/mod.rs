@@ -11,6 +11,9 @@ mod raytraced;
 mod rmsm;
 mod rmsm_pages;
 mod rmsm_pictures;
+mod silhouette;
+mod silhouette_edges;
+mod silhouette_map;
 mod spec;
 mod tsm;
 mod uniform;
@@ -173,7 +176,7 @@ pub trait Method {
 
 /// All methods; the first is the default.
 pub static METHODS: &[MethodInfo] =
-    &[rmsm::INFO, uniform::INFO, csm::INFO, lispsm::INFO, tsm::INFO, psm::INFO, raytraced::INFO];
+    &[rmsm::INFO, uniform::INFO, csm::INFO, lispsm::INFO, tsm::INFO, psm::INFO, silhouette::INFO, raytraced::INFO];
 
 fn info(spec: &MethodSpec) -> Result<&'static MethodInfo, LabError> {
     METHODS.iter().find(|method| method.name == spec.name).ok_or_else(|| {
