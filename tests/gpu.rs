@@ -45,6 +45,8 @@ mod maps;
 mod request;
 #[path = "gpu/scenes.rs"]
 mod scenes;
+#[path = "gpu/silhouette.rs"]
+mod silhouette;
 #[path = "gpu/sort.rs"]
 mod sort;
 #[path = "gpu/validation.rs"]

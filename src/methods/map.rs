@@ -3,7 +3,7 @@
 use super::comparison::Comparison;
 use super::map_fit::{ANGLES, least_area};
 use super::map_light::Kind;
-use super::silhouette_edges::Edges;
+use super::silhouette_edges::{Edges, Outline};
 use super::silhouette_map::SilhouetteMap;
 use super::{DebugPicture, Masks, MethodSpec, Statistics, map_light};
 use crate::engine::gradient::{Gradient, Receivers};
@@ -40,6 +40,11 @@ impl Screen {
     /// For maps that hold silhouettes too.
     pub(super) fn with_edges(lab: &Lab) -> Result<Self, LabError> {
         Ok(Self { edges: Some(Edges::new(lab)?), ..Self::new(lab)? })
+    }
+
+    /// Edges by their numbers; none where maps hold no silhouettes.
+    pub(super) fn outlines(&self, lab: &Lab, numbers: &[u32]) -> Result<Vec<Outline>, LabError> {
+        self.edges.as_ref().map_or(Ok(Vec::new()), |edges| edges.outlines(lab, numbers))
     }
 
     /// Workgroups of a pass in which a thread walks down 32 pixels of a column.
@@ -162,7 +167,8 @@ impl Map {
         let bounds = storage("sample bounds", 4 * 4, ANGLES * layers)?;
         let fits = storage("fits", size_of::<Fit>(), layers)?;
         let slices = storage("slices", size_of::<Slices>(), 1)?;
-        let silhouettes = edges.map(|edges| SilhouetteMap::new(lab, edges, (&light, &fits, &image), position)).transpose()?;
+        let silhouettes =
+            edges.map(|edges| SilhouetteMap::new(lab, edges, (&light, &fits, &image), position)).transpose()?;
         let scene = lab.scene_buffers();
         let samples = samples(screen, &light, &slices);
         let draw = [
@@ -262,6 +268,12 @@ impl Map {
     /// Visibility of the last frame.
     pub(super) fn visibility(&self, lab: &Lab) -> Result<Vec<f32>, LabError> {
         Ok(bytemuck::pod_collect_to_vec(&lab.read_image(&self.visibility, Access::TransferRead, 4)?))
+    }
+
+    /// Numbers of the edges that the last frame saw as silhouettes, and what each texel holds of them; nothing where the map
+    /// holds none.
+    pub(super) fn silhouettes(&self, lab: &Lab) -> Result<(Vec<u32>, Vec<Option<[f32; 2]>>), LabError> {
+        self.silhouettes.as_ref().map_or(Ok(Default::default()), |s| Ok((s.found(lab)?, s.held(lab)?)))
     }
 
     /// Where the map holds silhouettes: its first layer with them.

@@ -19,6 +19,10 @@ mod tsm;
 mod uniform;
 mod warp;
 
+#[doc(hidden)]
+pub use silhouette::SilhouetteStage;
+#[doc(hidden)]
+pub use silhouette_edges::Outline;
 pub use spec::MethodSpec;
 
 use crate::Light;

@@ -4,8 +4,11 @@
 
 use super::comparison::Comparison;
 use super::map::Screen;
+use super::silhouette_edges::Outline;
 use super::uniform::{self, Uniform};
-use super::{MethodInfo, Parameter};
+use super::{Method, MethodInfo, MethodSpec, Parameter, map_light};
+use crate::gpu::structs::{Fit, MapLight};
+use crate::lab::{Lab, LabError};
 
 const RESOLUTION: u32 = 1024;
 
@@ -24,8 +27,54 @@ pub(super) const INFO: MethodInfo = MethodInfo {
     summary: "A fitted map beside one that holds points of the casters' silhouettes, which are found on the GPU in every frame",
     parameters: &PARAMETERS,
     check: |spec| uniform::settings(spec, RESOLUTION).map(|_| ()),
-    create: |spec, lab| {
-        let settings = uniform::settings(spec, RESOLUTION)?;
-        Ok(Box::new(Uniform::new(spec, lab, settings, Screen::with_edges(lab)?)?))
-    },
+    create: |spec, lab| Ok(Box::new(make(spec, lab)?)),
 };
+
+fn make(spec: &MethodSpec, lab: &Lab) -> Result<Uniform, LabError> {
+    Uniform::new(spec, lab, uniform::settings(spec, RESOLUTION)?, Screen::with_edges(lab)?)
+}
+
+/// The method with what it found for the view's first light, for tests.
+#[doc(hidden)]
+pub struct SilhouetteStage(Uniform);
+
+impl SilhouetteStage {
+    /// As [`super::create`], without its checks.
+    ///
+    /// # Errors
+    /// As [`super::create`].
+    pub fn new(spec: &MethodSpec, lab: &Lab) -> Result<Self, LabError> {
+        make(spec, lab).map(Self)
+    }
+
+    /// The method itself.
+    pub fn method(&mut self) -> &mut dyn Method {
+        &mut self.0
+    }
+
+    /// Edges that the last frame saw as silhouettes.
+    ///
+    /// # Errors
+    /// [`LabError::Engine`] for everything Vulkan reports.
+    pub fn silhouettes(&self, lab: &Lab) -> Result<Vec<Outline>, LabError> {
+        let (screen, map) = self.0.first();
+        screen.outlines(lab, &map.silhouettes(lab)?.0)
+    }
+
+    /// What each texel of the last frame's silhouette map holds, all layers: coordinates in the texel.
+    ///
+    /// # Errors
+    /// As [`Self::silhouettes`].
+    pub fn points(&self, lab: &Lab) -> Result<Vec<Option<[f32; 2]>>, LabError> {
+        Ok(self.0.first().1.silhouettes(lab)?.1)
+    }
+
+    /// The light and where the layers of its map lie.
+    ///
+    /// # Errors
+    /// As [`Self::silhouettes`].
+    pub fn place(&self, lab: &Lab) -> Result<(MapLight, Vec<Fit>), LabError> {
+        let fits = bytemuck::pod_collect_to_vec(&lab.read_buffer(self.0.first().1.fits())?);
+        Ok((map_light::constants(&lab.view().lights[0], lab, 0.0)?, fits))
+    }
+}

@@ -67,6 +67,16 @@ impl Topology {
     }
 }
 
+/// An edge of an instance.
+#[doc(hidden)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Outline {
+    /// Entry in [`Scene::instances`].
+    pub instance: u32,
+    /// Entries in [`Scene::positions`]; of vertices in one place any.
+    pub ends: [u32; 2],
+}
+
 /// The edges on the device.
 pub(super) struct Edges {
     /// Runs, edges, opposites.
@@ -98,6 +108,16 @@ impl Edges {
         (self.run_count * RUN_EDGES).max(1).ilog2() + 1
     }
 
+    pub(super) fn outlines(&self, lab: &Lab, numbers: &[u32]) -> Result<Vec<Outline>, LabError> {
+        let runs: Vec<EdgeRun> = read(lab, &self.buffers[0])?;
+        let edges: Vec<Edge> = read(lab, &self.buffers[1])?;
+        let outline = |&number: &u32| {
+            let run = runs[(number / RUN_EDGES) as usize];
+            Outline { instance: run.instance, ends: edges[(run.first + number % RUN_EDGES) as usize].ends }
+        };
+        Ok(numbers.iter().map(outline).collect())
+    }
+
     pub(super) fn bytes(&self) -> u64 {
         self.buffers.iter().map(|b| b.size).sum()
     }
@@ -121,7 +141,13 @@ impl Edges {
     }
 
     /// The pass that lists silhouettes; `position`: whether the light has one.
-    pub(super) fn select(&self, gpu: &Arc<Gpu>, light: &Buffer, list: &Buffer, position: u32) -> Result<Compute, LabError> {
+    pub(super) fn select(
+        &self,
+        gpu: &Arc<Gpu>,
+        light: &Buffer,
+        list: &Buffer,
+        position: u32,
+    ) -> Result<Compute, LabError> {
         let bindings = [&[Binding::Uniform(light)][..], &self.bindings(list)].concat();
         let [stride, offset, format] = self.position_words();
         let constants = [0, position, 0, stride, offset, format];
@@ -132,4 +158,10 @@ impl Edges {
     pub(super) fn groups(&self) -> [u32; 3] {
         [self.run_count, 1, 1]
     }
+}
+
+/// All whole structs that a buffer holds.
+fn read<T: bytemuck::Pod>(lab: &Lab, buffer: &Buffer) -> Result<Vec<T>, LabError> {
+    let bytes = lab.read_buffer(buffer)?;
+    Ok(bytemuck::pod_collect_to_vec(&bytes[..bytes.len() / size_of::<T>() * size_of::<T>()]))
 }

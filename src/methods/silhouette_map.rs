@@ -66,7 +66,11 @@ impl SilhouetteMap {
             select,
             groups: edges.groups(),
             points: image("silhouette points", FORMAT, I::COLOR_ATTACHMENT | I::SAMPLED | I::TRANSFER_SRC)?,
-            winners: image("silhouette winners", vk::Format::D32_SFLOAT, I::DEPTH_STENCIL_ATTACHMENT | I::TRANSFER_SRC)?,
+            winners: image(
+                "silhouette winners",
+                vk::Format::D32_SFLOAT,
+                I::DEPTH_STENCIL_ATTACHMENT | I::TRANSFER_SRC,
+            )?,
             draws: (0..map.layers).map(draw).collect::<Result<_, _>>()?,
             list,
             device: gpu.device.clone(),
@@ -138,7 +142,8 @@ impl SilhouetteMap {
 
     /// Points and the keys of their edges, 0 where a texel holds none; all layers.
     pub(super) fn held(&self, lab: &Lab) -> Result<Vec<Option<[f32; 2]>>, LabError> {
-        let points: Vec<[u16; 2]> = bytemuck::pod_collect_to_vec(&lab.read_image(&self.points, Access::ComputeRead, 4)?);
+        let points: Vec<[u16; 2]> =
+            bytemuck::pod_collect_to_vec(&lab.read_image(&self.points, Access::ComputeRead, 4)?);
         let won: Vec<u32> = bytemuck::pod_collect_to_vec(&lab.read_image(&self.winners, Access::DepthAttachment, 4)?);
         // points are from 2^-10 to 1: neither signs nor denormals
         let float = |half: u16| f32::from_bits((u32::from(half) << 13) + (112 << 23));

@@ -91,6 +91,11 @@ impl Uniform {
         Ok(Self { name: spec.name.clone(), settings, screen, maps })
     }
 
+    /// What all lights share, and the map of the first.
+    pub(super) fn first(&self) -> (&Screen, &Map) {
+        (&self.screen, &self.maps[0])
+    }
+
     /// The fit of each layer that needs no look at the samples.
     fn fixed_fits(&self, lab: &Lab, light: &Light, map: &Map) -> Result<Vec<Fit>, LabError> {
         let points: Vec<_> = match map_light::half_side(light) {
