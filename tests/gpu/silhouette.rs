@@ -10,7 +10,7 @@ use std::path::Path;
 use umbrage::Light;
 use umbrage::gpu::structs::{Fit, MapLight};
 use umbrage::lab::{Lab, View};
-use umbrage::methods::{Method, MethodSpec, SilhouetteStage, create};
+use umbrage::methods::{MethodSpec, SilhouetteStage, create};
 use umbrage::scene::{LoadOptions, Scene, load};
 use umbrage::truth::{Metrics, compare};
 
@@ -64,12 +64,13 @@ fn twin(scene: &Scene, light: &Light) -> [BTreeSet<(u32, Key, Key)>; 2] {
                 let beam = match light {
                     Light::Directional { direction, .. } => direction.normalize(),
                     Light::Point { position, .. } | Light::Spot { position, .. } => a - (*position - scene.origin),
-                    Light::Area { .. } => unreachable!(),
+                    _ => unreachable!("no such light"),
                 };
                 let plane = (b - a).cross(beam).normalize();
-                let sides = || triangles.iter().map(|t| plane.dot(at(t[2]) - a) / (at(t[2]) - a).length());
+                let sides = || triangles.iter().map(|t| plane.dot(at(t[2]) - a));
                 let open = sides().all(|s| s > 0.0) || sides().all(|s| s < 0.0);
-                if sides().any(|s| s.abs() < 1e-5 || !s.is_finite()) {
+                // what single precision makes of coordinates that are as large as the scene
+                if sides().any(|s| s.is_nan() || s.abs() < 1e-6 * scene.diagonal()) {
                     found[1].insert((instance, *from, *to));
                 } else if open {
                     found[0].insert((instance, *from, *to));
@@ -176,8 +177,8 @@ fn farthest_error(lab: &Lab, visibility: &[f32], plane: (DVec3, f64), texel: f64
     let floor = -lab.scene().origin.y;
     let mut farthest = 0.0f64;
     let mut seen = 0;
-    for (i, p) in g.position.iter().enumerate() {
-        let p = DVec3::from(p.map(f64::from));
+    for i in 0..visibility.len() {
+        let p = g.eye + DVec3::from(g.position[i].map(f64::from));
         if !g.hit[i] || (p.y - floor).abs() > 1e-3 {
             continue;
         }
@@ -224,7 +225,7 @@ fn errs(lab: &Lab, spec: &str) -> Metrics {
     m
 }
 
-/// Where bodies are wider than texels, errors of a third at most are left; with lights of all kinds.
+/// Where bodies are wider than texels, a sixth of the errors is left at most; with lights of all kinds.
 #[test]
 fn images_match_the_reference() {
     let at = DVec3::new(-2.0, 4.0, 1.5);
@@ -233,9 +234,9 @@ fn images_match_the_reference() {
         for (scene, mut view) in [scenes::sphere_on_plane(SIZE), scenes::closed(SIZE), scenes::awning(SIZE)] {
             view.lights = light.clone().map_or(view.lights, |light| vec![light]);
             let lab = Bench::new(scene, view);
-            let [uniform, own] = ["uniform:resolution=256", "silhouette:resolution=256"].map(|spec| errs(&lab, spec));
+            let [uniform, own] = ["uniform:resolution=96", "silhouette:resolution=96"].map(|spec| errs(&lab, spec));
             assert!(uniform.mismatch > 0.1, "{uniform:?}");
-            assert!(3.0 * own.mismatch <= uniform.mismatch && own.off_edge < 0.15, "{own:?}, {uniform:?}");
+            assert!(6.0 * own.mismatch <= uniform.mismatch && own.off_edge < 0.05, "{own:?}, {uniform:?}");
         }
     }
 }
@@ -245,7 +246,8 @@ fn images_match_the_reference() {
 fn artefacts_of_the_source_are_there() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/silhouette/artefacts.gltf");
     let scene = load(&path, &LoadOptions::default()).unwrap();
-    let mut view = scenes::sphere_on_plane(SIZE).1;
+    let mut view = scenes::sphere_on_plane([480, 360]).1;
+    view.camera.fov_y_deg = 40.0;
     view.camera.eye = DVec3::new(0.2, 7.0, 3.2);
     view.camera.target = DVec3::new(0.2, 0.0, 0.25);
     view.lights = vec![Light::directional(DVec3::new(0.02, -1.0, 0.03))];
@@ -255,7 +257,7 @@ fn artefacts_of_the_source_are_there() {
     let wrong = |spec: &str, x: [f64; 2], z: [f64; 2]| {
         let visibility = draw(&lab, spec);
         let within = |p: &[f32; 3]| {
-            let p = DVec3::from(p.map(f64::from)) + lab.scene().origin;
+            let p = g.eye + DVec3::from(p.map(f64::from)) + lab.scene().origin;
             (x[0]..x[1]).contains(&p.x) && (z[0]..z[1]).contains(&p.z)
         };
         let differs = |i: usize| reference.decided[i] && f32::from(reference.visibility[i]) != visibility[i];
@@ -302,6 +304,6 @@ fn alpha_tested_casters_are_conventional() {
     let lab = Bench::new(scene, view);
     let outlines = stage(&lab, "silhouette:resolution=512").silhouettes(&lab).unwrap();
     assert!(!outlines.is_empty() && outlines.iter().all(|o| !masked.contains(&o.instance)));
-    let [uniform, own] = ["uniform:resolution=512", "silhouette:resolution=512"].map(|spec| errs(&lab, spec));
-    assert!((own.mismatch / uniform.mismatch - 1.0).abs() < 0.1, "{own:?}, {uniform:?}");
+    let [uniform, own] = ["uniform:resolution=192", "silhouette:resolution=192"].map(|spec| errs(&lab, spec));
+    assert!((own.mismatch / uniform.mismatch - 1.0).abs() < 0.15, "{own:?}, {uniform:?}");
 }
