@@ -9,8 +9,8 @@ use std::collections::BTreeSet;
 use std::mem::offset_of;
 use umbrage::gpu::structs::{
     AtlasPush, ChoosePush, Counters, Face, Fit, Frame, ItemPush, LightRecord, MapLight, MeshBounds, Node, Page,
-    PreparePush, RequestPush, RetryPush, ShadeLight, ShadePush, Slices, Slot, Tracked, TrianglePush, WarpMeasure,
-    WarpPush, WarpRecord,
+    PreparePush, RequestPush, RetryPush, ShadeLight, ShadePush, Slices, Slot, TileCounts, Tracked, TrianglePush,
+    WarpMeasure, WarpPush, WarpRecord,
 };
 use umbrage::scene::{Cluster, Instance, Material};
 
@@ -99,6 +99,8 @@ fn map_structs_are_those_of_the_shaders() {
     assert_layout::<Fit>(&all, "Fit", fields!(Fit, row_u row_v row_w texel));
     assert_layout::<Face>(&all, "Face", fields!(Face, x y z origin));
     assert_layout::<MapLight>(&all, "MapLight", fields!(MapLight, faces eye depth rule));
+    let counts = fields!(TileCounts, groups items opaque masked dropped);
+    assert_layout::<TileCounts>(&all, "TileCounts", counts);
     let warp = fields!(WarpRecord, bounds slopes depths costs middle line distance extent warped pad fit);
     assert_layout::<WarpRecord>(&all, "Warp", warp);
     let measure = committed("methods/warp_measure.comp");

@@ -100,6 +100,7 @@ impl Csm {
         let shape = Shape {
             side: settings.resolution,
             layers: settings.cascades,
+            tiled: false,
             blend: settings.blend,
             comparison: settings.comparison,
         };

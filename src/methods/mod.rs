@@ -12,6 +12,7 @@ mod rmsm;
 mod rmsm_pages;
 mod rmsm_pictures;
 mod spec;
+mod tiles;
 mod tsm;
 mod uniform;
 mod warp;
