@@ -91,6 +91,9 @@ fn other_structs_have_their_known_layout() {
         check_layout(&all, "Pair", 24, &[("target", 0), ("instance", 4), ("cluster", 8), ("anchor", 12)]),
         Ok(())
     );
+    let item: &[(&str, usize)] = &[("tile", 0), ("instance", 4), ("first_cluster", 8)];
+    assert_eq!(check_layout(&all, "TileItem", 12, item), Ok(()));
+    assert_eq!(check_layout(&all, "TilePair", 8, &[("tile", 0), ("instance", 4)]), Ok(()));
 }
 
 #[test]
@@ -152,6 +155,8 @@ fn no_struct_is_forgotten() {
         "Fit",
         "Face",
         "ShadeLight",
+        "TileItem",
+        "TilePair",
     ];
     let structs = committed("").into_iter().flat_map(|s| read(&s.words).structs).filter(|s| s.stride.is_some());
     // what hosts include has a longer name
