@@ -9,8 +9,8 @@ use std::collections::BTreeSet;
 use std::mem::offset_of;
 use umbrage::gpu::structs::{
     AtlasPush, ChoosePush, Counters, Face, Fit, Frame, ItemPush, LightRecord, MapLight, MeshBounds, Node, Page,
-    PreparePush, RequestPush, RetryPush, ShadeLight, ShadePush, Slices, Slot, Tracked, TrianglePush, WarpMeasure,
-    WarpPush, WarpRecord,
+    PreparePush, RequestPush, RetryPush, SamplingError, ShadeLight, ShadePush, Slices, Slot, Tracked, TrianglePush,
+    WarpMeasure, WarpPush, WarpRecord,
 };
 use umbrage::scene::{Cluster, Instance, Material};
 
@@ -105,6 +105,8 @@ fn map_structs_are_those_of_the_shaders() {
     assert_layout::<WarpMeasure>(&measure, "Push", fields!(WarpMeasure, axis step resolution));
     let push = fields!(WarpPush, axis step resolution border sine parameter always);
     assert_layout::<WarpPush>(&committed("methods/warp_choose.comp"), "Push", push);
+    let error = fields!(SamplingError, s t perspective_s perspective_t part);
+    assert_layout::<SamplingError>(&all, "SamplingError", error);
     assert_layout::<Slices>(&all, "Slices", fields!(Slices, extremes outside splits));
     assert_eq!(offset_of!(MapLight, rule) + 16, size_of::<MapLight>());
 }
@@ -150,6 +152,7 @@ fn no_struct_is_forgotten() {
         "Fit",
         "Face",
         "ShadeLight",
+        "SamplingError",
     ];
     let structs = committed("").into_iter().flat_map(|s| read(&s.words).structs).filter(|s| s.stride.is_some());
     // what hosts include has a longer name

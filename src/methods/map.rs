@@ -236,6 +236,15 @@ impl Map {
         &self.fits
     }
 
+    /// The light's constants.
+    pub(super) fn light(&self) -> &Buffer {
+        &self.light
+    }
+
+    pub(super) fn kind(&self) -> Kind {
+        self.kind
+    }
+
     /// Visibility of the last frame.
     pub(super) fn visibility(&self, lab: &Lab) -> Result<Vec<f32>, LabError> {
         Ok(bytemuck::pod_collect_to_vec(&lab.read_image(&self.visibility, Access::TransferRead, 4)?))
