@@ -40,7 +40,8 @@ impl Screen {
 }
 
 fn constants_buffer(gpu: &Arc<Gpu>, name: &str, size: usize) -> Result<Buffer, LabError> {
-    let usage = vk::BufferUsageFlags::UNIFORM_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
+    use vk::BufferUsageFlags as U;
+    let usage = U::UNIFORM_BUFFER | U::TRANSFER_DST | U::TRANSFER_SRC;
     Ok(Buffer::new(gpu, name, size as u64, usage, Memory::Device)?)
 }
 

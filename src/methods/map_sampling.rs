@@ -2,7 +2,7 @@
 
 use super::map::{Map, Screen};
 use super::map_light::Kind;
-use super::sampling::{Inputs, Sampling, measure};
+use super::sampling::{Sampling, SamplingInputs, measure};
 use crate::gpu::structs::{Frame, MapLight, Slices};
 use crate::gpu::{Binding, Compute, spirv};
 use crate::lab::{Lab, LabError};
@@ -18,7 +18,7 @@ pub(super) fn sampling(lab: &Lab, screen: &Screen, map: &Map) -> Result<Sampling
         Compute::new(lab.gpu(), "map_sampling", spirv!("methods/map_sampling.comp"), &bindings, &constants, 4)
     })?;
     let slices: Slices = bytemuck::pod_read_unaligned(&lab.read_buffer(&map.slices)?[..size_of::<Slices>()]);
-    let inputs = Inputs {
+    let inputs = SamplingInputs {
         frame: bytemuck::pod_read_unaligned(&lab.read_buffer(&screen.frame)?[..size_of::<Frame>()]),
         light: bytemuck::pod_read_unaligned(&lab.read_buffer(map.light())?[..size_of::<MapLight>()]),
         position,

@@ -21,6 +21,8 @@ mod warp;
 
 pub use crate::gpu::structs::SamplingError;
 pub use sampling::Sampling;
+#[doc(hidden)]
+pub use sampling::SamplingInputs;
 pub use spec::MethodSpec;
 
 use crate::Light;

@@ -27,13 +27,13 @@ pub struct Sampling {
     pub part_texels: f64,
     /// What a fitted map's values were computed from.
     #[doc(hidden)]
-    pub inputs: Option<Inputs>,
+    pub inputs: Option<SamplingInputs>,
 }
 
 /// What a fitted map's sampling errors follow from.
 #[doc(hidden)]
 #[derive(Debug, Clone)]
-pub struct Inputs {
+pub struct SamplingInputs {
     pub frame: Frame,
     pub light: MapLight,
     /// Whether the light has a position.
