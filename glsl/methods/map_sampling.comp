@@ -5,11 +5,14 @@
 #include "shared/sampling.glsl"
 #include "methods/fit.glsl"
 #include "methods/sample.glsl"
+#include "methods/tile.glsl"
 
 // Debugging: the sampling error of each pixel in the layer of a fitted map that holds it.
 layout(local_size_x = 8, local_size_y = 8) in;
+layout(constant_id = 6) const uint TILES = 0u;  // 1: each sample's layer was picked
 layout(std430, binding = 5) readonly buffer Fits { Fit fits[]; };
 layout(std430, binding = 6) writeonly buffer Errors { SamplingError errors[]; };
+layout(std430, binding = 7) readonly buffer Picked { uint picked[]; };  // with TILES
 layout(push_constant) uniform Push { float side; };
 
 // Sides of a texel on a plane through a point of a layer's light space. `change`: of texels per change of t.
@@ -30,7 +33,11 @@ void main() {
     SamplingError error = SamplingError(0.0, 0.0, 0.0, 0.0, NO_PART);
     float depth = texelFetch(depth_image, ivec2(pixel), 0).r;
     Sample s = sample_at(pixel, depth);
-    if (depth > 0.0 && shone_on(pixel, s)) {
+    bool reached = depth > 0.0 && shone_on(pixel, s);
+    if (TILES == 1u) {
+        s.layer = picked[pixel.y * frame.size.x + pixel.x];
+    }
+    if (reached && s.layer != NO_TILE) {
         uint face = face_of(s.layer);
         vec3 ls = light_space(face, s.from_eye);
         float w = divisor(ls.z);

@@ -289,6 +289,18 @@ pub struct Fit {
     pub texel: [f32; 4],
 }
 
+/// What was found for the tiles that are drawn; see `glsl/methods/tile.glsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct TileCounts {
+    pub groups: [u32; 4],
+    pub items: u32,
+    pub opaque: u32,
+    pub masked: u32,
+    pub dropped: u32,
+}
+
 /// Light space of a layer of a map; see `glsl/methods/light.glsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]

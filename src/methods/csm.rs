@@ -102,6 +102,7 @@ impl Csm {
         let shape = Shape {
             side: settings.resolution,
             layers: settings.cascades,
+            tiled: false,
             blend: settings.blend,
             comparison: settings.comparison,
         };

@@ -13,8 +13,8 @@ pub(super) fn sampling(lab: &Lab, screen: &Screen, map: &Map) -> Result<Sampling
     let position = map.kind() != Kind::Parallel;
     let side = shape.side as f32;
     let errors = measure(lab, &side, |target| {
-        let bindings = [&map.samples(screen)[..], &[Binding::Storage(map.fits()), target]].concat();
-        let constants = [shape.layers, u32::from(position)];
+        let bindings = [&map.samples(screen)[..], &[Binding::Storage(map.fits()), target, map.picked()]].concat();
+        let constants = [shape.fitted(), u32::from(position), 0, 0, 0, 0, shape.tiled.into()];
         Compute::new(lab.gpu(), "map_sampling", spirv!("methods/map_sampling.comp"), &bindings, &constants, 4)
     })?;
     let slices: Slices = bytemuck::pod_read_unaligned(&lab.read_buffer(&map.slices)?[..size_of::<Slices>()]);
@@ -23,7 +23,7 @@ pub(super) fn sampling(lab: &Lab, screen: &Screen, map: &Map) -> Result<Sampling
         light: bytemuck::pod_read_unaligned(&lab.read_buffer(map.light())?[..size_of::<MapLight>()]),
         position,
         fits: bytemuck::pod_collect_to_vec(&lab.read_buffer(map.fits())?),
-        splits: slices.splits[..shape.layers as usize].to_vec(),
+        splits: slices.splits[..shape.fitted() as usize].to_vec(),
         side: shape.side,
     };
     Ok(Sampling {

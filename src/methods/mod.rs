@@ -15,6 +15,7 @@ mod rmsm_pictures;
 mod rmsm_sampling;
 mod sampling;
 mod spec;
+mod tiles;
 mod tsm;
 mod uniform;
 mod warp;

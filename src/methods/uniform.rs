@@ -84,7 +84,7 @@ impl Uniform {
         let shape = |light| {
             let layers = map_light::layers(light);
             let side = (f64::from(settings.resolution) / f64::from(layers).sqrt()) as u32;
-            Shape { side, layers, blend: 0.0, comparison: settings.comparison }
+            Shape { side, layers, tiled: false, blend: 0.0, comparison: settings.comparison }
         };
         let maps = lights.iter().map(|l| Map::new(spec, lab, &screen, l, shape(l))).collect::<Result<_, _>>()?;
         Ok(Self { settings, screen, maps })

@@ -80,8 +80,13 @@ impl Warp {
         let gpu = lab.gpu();
         let screen = Screen::new(lab)?;
         let Settings { resolution: side, comparison, .. } = settings;
-        let map =
-            Map::new(spec, lab, &screen, &lab.view().lights[0], Shape { side, layers: 1, blend: 0.0, comparison })?;
+        let map = Map::new(
+            spec,
+            lab,
+            &screen,
+            &lab.view().lights[0],
+            Shape { side, layers: 1, tiled: false, blend: 0.0, comparison },
+        )?;
         let record = Buffer::storage(gpu, "warp", size_of::<WarpRecord>() as u64, vk::BufferUsageFlags::empty())?;
         let own = [Binding::Storage(&record), Binding::Storage(map.fits())];
         let measured = [&map.samples(&screen)[..], &own].concat();
