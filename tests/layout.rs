@@ -10,7 +10,7 @@ use std::mem::offset_of;
 use umbrage::gpu::structs::{
     AtlasPush, ChoosePush, Counters, Face, Fit, Frame, ItemPush, LightRecord, MapLight, MeshBounds, Node, Page,
     PreparePush, QvsmPush, Region, RequestPush, RetryPush, SamplingError, ShadeLight, ShadePush, Slices, Slot,
-    TileCounts, Tracked, TrianglePush, WarpMeasure, WarpPush, WarpRecord,
+    TileCounts, Tracked, TreeMeasurePush, TreeRequestPush, TreeState, TrianglePush, WarpMeasure, WarpPush, WarpRecord,
 };
 use umbrage::scene::{Cluster, Instance, Material};
 
