@@ -6,7 +6,7 @@ use super::comparison::Comparison;
 use super::map::Screen;
 use super::silhouette_edges::Outline;
 use super::uniform::{self, Uniform};
-use super::{Method, MethodInfo, MethodSpec, Parameter, map_light};
+use super::{Method, MethodInfo, MethodSpec, Parameter};
 use crate::gpu::structs::{Fit, MapLight};
 use crate::lab::{Lab, LabError};
 
@@ -58,7 +58,10 @@ impl SilhouetteStage {
     /// [`LabError::Engine`] for everything Vulkan reports.
     pub fn silhouettes(&self, lab: &Lab) -> Result<Vec<Outline>, LabError> {
         let (screen, map) = self.0.first();
-        screen.outlines(lab, &map.silhouettes(lab)?.0)
+        match (screen.edges(), map.silhouettes()) {
+            (Some(edges), Some(silhouettes)) => edges.outlines(lab, &silhouettes.found(lab)?),
+            _ => Ok(Vec::new()),
+        }
     }
 
     /// What each texel of the last frame's silhouette map holds, all layers: coordinates in the texel.
@@ -66,7 +69,7 @@ impl SilhouetteStage {
     /// # Errors
     /// As [`Self::silhouettes`].
     pub fn points(&self, lab: &Lab) -> Result<Vec<Option<[f32; 2]>>, LabError> {
-        Ok(self.0.first().1.silhouettes(lab)?.1)
+        self.0.first().1.silhouettes().map_or(Ok(Vec::new()), |silhouettes| silhouettes.held(lab))
     }
 
     /// The light and where the layers of its map lie.
@@ -74,7 +77,8 @@ impl SilhouetteStage {
     /// # Errors
     /// As [`Self::silhouettes`].
     pub fn place(&self, lab: &Lab) -> Result<(MapLight, Vec<Fit>), LabError> {
-        let fits = bytemuck::pod_collect_to_vec(&lab.read_buffer(self.0.first().1.fits())?);
-        Ok((map_light::constants(&lab.view().lights[0], lab, 0.0)?, fits))
+        let map = self.0.first().1;
+        let light = bytemuck::pod_read_unaligned(&lab.read_buffer(map.light())?[..size_of::<MapLight>()]);
+        Ok((light, bytemuck::pod_collect_to_vec(&lab.read_buffer(map.fits())?)))
     }
 }

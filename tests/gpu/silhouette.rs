@@ -177,14 +177,14 @@ fn farthest_error(lab: &Lab, visibility: &[f32], plane: (DVec3, f64), texel: f64
     let floor = -lab.scene().origin.y;
     let mut farthest = 0.0f64;
     let mut seen = 0;
-    for i in 0..visibility.len() {
-        let p = g.eye + DVec3::from(g.position[i].map(f64::from));
+    for (i, lit) in visibility.iter().enumerate() {
+        let p = g.point(i);
         if !g.hit[i] || (p.y - floor).abs() > 1e-3 {
             continue;
         }
         seen += 1;
         let across = plane.0.dot(p) - plane.1;
-        if (across > 0.0) != (visibility[i] > 0.5) {
+        if (across > 0.0) != (*lit > 0.5) {
             farthest = farthest.max(across.abs() / texel);
         }
     }
@@ -256,12 +256,12 @@ fn artefacts_of_the_source_are_there() {
     let g = lab.gbuffer().unwrap();
     let wrong = |spec: &str, x: [f64; 2], z: [f64; 2]| {
         let visibility = draw(&lab, spec);
-        let within = |p: &[f32; 3]| {
-            let p = g.eye + DVec3::from(p.map(f64::from)) + lab.scene().origin;
+        let within = |i: usize| {
+            let p = g.point(i) + lab.scene().origin;
             (x[0]..x[1]).contains(&p.x) && (z[0]..z[1]).contains(&p.z)
         };
         let differs = |i: usize| reference.decided[i] && f32::from(reference.visibility[i]) != visibility[i];
-        (0..visibility.len()).filter(|&i| within(&g.position[i]) && differs(i)).count()
+        (0..visibility.len()).filter(|&i| within(i) && differs(i)).count()
     };
     // where they meet, along the gap, and at the tip; then along straight edges
     let artefacts = [
