@@ -158,6 +158,7 @@ fn no_struct_is_forgotten() {
         "Face",
         "ShadeLight",
         "SamplingError",
+        "Warp",
         "TileItem",
         "TilePair",
     ];

@@ -17,8 +17,9 @@ layout(constant_id = 6) const uint TILES = 0u;  // 1: each sample's layer was pi
 layout(std430, binding = 5) readonly buffer Fits { Fit fits[]; };
 layout(binding = 6) uniform sampler2DArray map;
 layout(binding = 7, r32f) writeonly uniform image2D visibility_image;
-layout(binding = 8) uniform sampler2DArray second_map;  // with BIAS_MIDPOINT and BIAS_DUAL
+layout(binding = 8) uniform sampler2DArray second_map;  // with BIAS_MIDPOINT and BIAS_DUAL; with BIAS_IDS numbers of triangles
 layout(std430, binding = 9) readonly buffer Picked { uint picked[]; };  // with TILES
+layout(binding = 10) uniform sampler2D triangle_image;  // numbers of the triangles seen, with BIAS_IDS
 
 uint layer_count(uvec2 layers) { return 1u; }
 uint layer_of(uvec2 layers, uint i) { return layers.x; }
@@ -44,7 +45,7 @@ bool lit_by_depth(uint layer, float z, ivec2 texel, float size, vec2 slope, floa
     float nearest = z_of(texelFetch(map, ivec3(texel, layer), 0).r * q);
     // rounding
     float stored = nearest + light.rule.y;
-    if (BIAS == BIAS_CONSTANT) {
+    if (BIAS == BIAS_CONSTANT || BIAS == BIAS_IDS) {
         stored += light.rule.x * size;
     } else if (BIAS == BIAS_SLOPE) {
         stored += light.rule.x * (0.25 * size + 0.5 * (abs(slope.x) + abs(slope.y)));
@@ -78,7 +79,8 @@ bool look_up(uint layer, uvec2 pixel, Sample s, out float lit) {
     vec2 across = clamp(-normal.xy * w / facing, -200.0, 200.0);
     vec2 slope = w * vec2(dot(across, along[0]), dot(across, along[1]));
     if (BIAS != BIAS_PLANE) {
-        lit = lit_by_depth(layer, ls.z, ivec2(texel), max(size.x, size.y), slope, q) ? 1.0 : 0.0;
+        bool own = BIAS == BIAS_IDS && texelFetch(second_map, ivec3(texel, layer), 0).r == texelFetch(triangle_image, ivec2(pixel), 0).r;
+        lit = own || lit_by_depth(layer, ls.z, ivec2(texel), max(size.x, size.y), slope, q) ? 1.0 : 0.0;
         return true;
     }
     float bias = light.rule.x * receiver_bias(max(size.x, size.y), slope) + light.rule.y;

@@ -7,6 +7,7 @@ mod map;
 mod map_fit;
 mod map_light;
 mod map_sampling;
+mod polygon_ids;
 mod psm;
 mod raytraced;
 mod rmsm;
@@ -19,6 +20,7 @@ mod tiles;
 mod tsm;
 mod uniform;
 mod warp;
+mod warp_passes;
 
 pub use crate::gpu::structs::SamplingError;
 pub use sampling::Sampling;
