@@ -50,7 +50,7 @@ pub(super) enum BiasKind {
     Midpoint,
     /// By the lesser of that and a constant (Weiskopf, Ertl 2003; book, 2.2.4).
     Dual,
-    /// By the receiver's triangle, where the map holds it, or else a constant (Hourcade, Nicolas 1985; Fernando 2002, 2.3).
+    /// By the receiver's triangle, where the map holds it, or else a constant (Hourcade, Nicolas 1985; Fernando 2002, ch. 2).
     Ids,
 }
 

@@ -1,5 +1,5 @@
 //! Which triangle each texel of a map and each pixel of the image sees, for `bias=ids` (Hourcade, Nicolas 1985; Fernando 2002,
-//! 2.3): a sample whose triangle the map holds needs no comparison of depths.
+//! ch. 2): a sample whose triangle the map holds needs no comparison of depths.
 
 use super::MethodSpec;
 use super::map::Shape;
