@@ -62,7 +62,6 @@ fn directional_maps_match_the_reference() {
             "csm:resolution=1024,bias=midpoint",
             "csm:resolution=4096,fit=frustum,snap=true",
             "csm:resolution=1024,warp=always,blend=0.1",
-            "uniform:resolution=2048,bias=ids",
         ] {
             let (visibility, outside) = draw(&lab, spec);
             near_truth(&format!("{name}, {spec}"), &visibility, &reference);
@@ -217,7 +216,7 @@ fn warped_cascades_err_less_on_a_long_scene() {
     let mismatch = |visibility: &[f32]| compare(visibility, &reference).unwrap().mismatch;
     let [one, same] = ["csm:resolution=512,cascades=1,warp=always", "lispsm:resolution=512,warp=always"]
         .map(|spec| warped(&lab, spec).1);
-    same_image(&one, &same).unwrap_or_else(|why| panic!("{why}"));
+    assert!(one == same && one.contains(&0.0) && one.contains(&1.0));
     for cascades in [2, 3] {
         let [plain, auto] = ["none", "auto"].map(|warp| {
             let spec = format!("csm:resolution=256,cascades={cascades},warp={warp}");
