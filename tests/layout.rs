@@ -9,8 +9,8 @@ use std::collections::BTreeSet;
 use std::mem::offset_of;
 use umbrage::gpu::structs::{
     AtlasPush, ChoosePush, Counters, Face, Fit, Frame, ItemPush, LightRecord, MapLight, MeshBounds, Node, Page,
-    PreparePush, RequestPush, RetryPush, SamplingError, ShadeLight, ShadePush, Slices, Slot, TileCounts, Tracked,
-    TrianglePush, WarpMeasure, WarpPush, WarpRecord,
+    PreparePush, QvsmPush, Region, RequestPush, RetryPush, SamplingError, ShadeLight, ShadePush, Slices, Slot,
+    TileCounts, Tracked, TreeMeasurePush, TreeRequestPush, TreeState, TrianglePush, WarpMeasure, WarpPush, WarpRecord,
 };
 use umbrage::scene::{Cluster, Instance, Material};
 
@@ -117,6 +117,19 @@ fn map_structs_are_those_of_the_shaders() {
 }
 
 #[test]
+fn tree_structs_are_those_of_the_shaders() {
+    let all = committed("methods/");
+    let region = fields!(Region, low size samples splits priority unmet changed);
+    assert_layout::<Region>(&all, "Region", region);
+    assert_layout::<TreeState>(&all, "TreeState", fields!(TreeState, counts refused));
+    let push = |shader: &str| committed(&format!("methods/{shader}.comp"));
+    let measure = fields!(TreeMeasurePush, round drop threshold start);
+    assert_layout::<TreeMeasurePush>(&push("tree_measure"), "Push", measure);
+    assert_layout::<TreeRequestPush>(&push("tree_request"), "Push", fields!(TreeRequestPush, texels density));
+    assert_layout::<QvsmPush>(&push("qvsm_compare"), "Push", fields!(QvsmPush, round start));
+}
+
+#[test]
 fn window_structs_are_those_of_the_shaders() {
     let of = |shader: &str| committed(&format!("window/{shader}.comp"));
     assert_layout::<ShadeLight>(&of("shade"), "ShadeLight", fields!(ShadeLight, place direction cone));
@@ -161,6 +174,7 @@ fn no_struct_is_forgotten() {
         "Warp",
         "TileItem",
         "TilePair",
+        "Region",
     ];
     let structs = committed("").into_iter().flat_map(|s| read(&s.words).structs).filter(|s| s.stride.is_some());
     // what hosts include has a longer name

@@ -424,3 +424,55 @@ pub struct AtlasPush {
     pub columns: u32,
     pub cell: u32,
 }
+
+/// A tile of a tree that is refined; see `glsl/methods/tree.glsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct Region {
+    pub low: [u32; 2],
+    pub size: [u32; 2],
+    pub samples: [u32; 4],
+    pub splits: u32,
+    pub priority: u32,
+    pub unmet: u32,
+    pub changed: u32,
+}
+
+/// Lists of a tree; see `glsl/methods/tree.glsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct TreeState {
+    pub counts: [u32; 20],
+    pub refused: [u32; 20],
+}
+
+/// Push constants of `methods/tree_measure.comp`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct TreeMeasurePush {
+    pub round: u32,
+    pub drop: f32,
+    pub threshold: u32,
+    pub start: u32,
+}
+
+/// Push constants of `methods/tree_request.comp`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct TreeRequestPush {
+    pub texels: f32,
+    pub density: f32,
+}
+
+/// Push constants of `methods/qvsm_compare.comp`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct QvsmPush {
+    pub round: u32,
+    pub start: u32,
+}

@@ -306,6 +306,11 @@ impl Map {
         Ok(bytemuck::pod_collect_to_vec(&lab.read_image(&self.visibility, Access::TransferRead, 4)?))
     }
 
+    /// Readable by transfers outside of [`Self::look_up`].
+    pub(super) fn visibility_image(&self) -> &Image {
+        &self.visibility
+    }
+
     pub(super) fn shape(&self) -> &Shape {
         &self.shape
     }

@@ -2,6 +2,7 @@
 
 mod comparison;
 mod csm;
+pub(crate) mod fvsm;
 mod lispsm;
 mod map;
 mod map_fit;
@@ -9,6 +10,7 @@ mod map_light;
 mod map_sampling;
 mod polygon_ids;
 mod psm;
+pub(crate) mod qvsm;
 mod raytraced;
 mod rmsm;
 mod rmsm_pages;
@@ -17,6 +19,7 @@ mod rmsm_sampling;
 mod sampling;
 mod spec;
 mod tiles;
+pub(crate) mod tree;
 mod tsm;
 mod uniform;
 mod warp;
@@ -189,8 +192,17 @@ pub trait Method {
 }
 
 /// All methods; the first is the default.
-pub static METHODS: &[MethodInfo] =
-    &[rmsm::INFO, uniform::INFO, csm::INFO, lispsm::INFO, tsm::INFO, psm::INFO, raytraced::INFO];
+pub static METHODS: &[MethodInfo] = &[
+    rmsm::INFO,
+    uniform::INFO,
+    csm::INFO,
+    lispsm::INFO,
+    tsm::INFO,
+    psm::INFO,
+    fvsm::INFO,
+    qvsm::INFO,
+    raytraced::INFO,
+];
 
 fn info(spec: &MethodSpec) -> Result<&'static MethodInfo, LabError> {
     METHODS.iter().find(|method| method.name == spec.name).ok_or_else(|| {
