@@ -9,8 +9,8 @@ use std::collections::BTreeSet;
 use std::mem::offset_of;
 use umbrage::gpu::structs::{
     AtlasPush, ChoosePush, Counters, Face, Fit, Frame, ItemPush, LightRecord, MapLight, MeshBounds, Node, Page,
-    PreparePush, RequestPush, RetryPush, ShadeLight, ShadePush, Slices, Slot, Tracked, TrianglePush, WarpMeasure,
-    WarpPush, WarpRecord,
+    PreparePush, RequestPush, RetryPush, ShadeLight, ShadePush, Slices, Slot, TemporalJitter, TemporalPush, Tracked,
+    TrianglePush, WarpMeasure, WarpPush, WarpRecord,
 };
 use umbrage::scene::{Cluster, Instance, Material};
 
@@ -105,6 +105,10 @@ fn map_structs_are_those_of_the_shaders() {
     assert_layout::<WarpMeasure>(&measure, "Push", fields!(WarpMeasure, axis step resolution));
     let push = fields!(WarpPush, axis step resolution border sine parameter always);
     assert_layout::<WarpPush>(&committed("methods/warp_choose.comp"), "Push", push);
+    let jitter = committed("methods/temporal_jitter.comp");
+    assert_layout::<TemporalJitter>(&jitter, "Push", fields!(TemporalJitter, turn shift));
+    let push = fields!(TemporalPush, clip_before eye_moved exponent memory rejection moved side history);
+    assert_layout::<TemporalPush>(&committed("methods/temporal_blend.comp"), "Push", push);
     assert_layout::<Slices>(&all, "Slices", fields!(Slices, extremes outside splits));
     assert_eq!(offset_of!(MapLight, rule) + 16, size_of::<MapLight>());
 }

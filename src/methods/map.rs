@@ -44,7 +44,12 @@ fn constants_buffer(gpu: &Arc<Gpu>, name: &str, size: usize) -> Result<Buffer, L
     Ok(Buffer::new(gpu, name, size as u64, usage, Memory::Device)?)
 }
 
-fn screen_image(lab: &Lab, name: &str, format: vk::Format, usage: vk::ImageUsageFlags) -> Result<Image, LabError> {
+pub(super) fn screen_image(
+    lab: &Lab,
+    name: &str,
+    format: vk::Format,
+    usage: vk::ImageUsageFlags,
+) -> Result<Image, LabError> {
     let [width, height] = lab.view().size;
     Ok(Image::new(lab.gpu(), name, &ImageSpec { format, width, height, layers: 0, usage })?)
 }
@@ -239,6 +244,11 @@ impl Map {
     /// Visibility of the last frame.
     pub(super) fn visibility(&self, lab: &Lab) -> Result<Vec<f32>, LabError> {
         Ok(bytemuck::pod_collect_to_vec(&lab.read_image(&self.visibility, Access::TransferRead, 4)?))
+    }
+
+    /// Where visibility is left as [`Access::TransferRead`], a float a pixel.
+    pub(super) fn visibility_image(&self) -> &Image {
+        &self.visibility
     }
 
     pub(super) fn shape(&self) -> &Shape {

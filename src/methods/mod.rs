@@ -1,5 +1,6 @@
 //! The methods of the literature behind one trait, on the same scene, camera, timers and reference.
 
+mod changes;
 mod comparison;
 mod csm;
 mod lispsm;
@@ -12,6 +13,7 @@ mod rmsm;
 mod rmsm_pages;
 mod rmsm_pictures;
 mod spec;
+mod temporal;
 mod tsm;
 mod uniform;
 mod warp;
@@ -173,7 +175,7 @@ pub trait Method {
 
 /// All methods; the first is the default.
 pub static METHODS: &[MethodInfo] =
-    &[rmsm::INFO, uniform::INFO, csm::INFO, lispsm::INFO, tsm::INFO, psm::INFO, raytraced::INFO];
+    &[rmsm::INFO, uniform::INFO, csm::INFO, lispsm::INFO, tsm::INFO, psm::INFO, temporal::INFO, raytraced::INFO];
 
 fn info(spec: &MethodSpec) -> Result<&'static MethodInfo, LabError> {
     METHODS.iter().find(|method| method.name == spec.name).ok_or_else(|| {

@@ -13,20 +13,21 @@ use crate::lab::{Lab, LabError};
 use bytemuck::Zeroable;
 use glam::{DVec2, DVec3};
 
-const PARAMETERS: [Parameter; 7] = Comparison::keys(&[
-    Parameter {
-        key: "resolution",
-        default: "4096",
-        allowed: "64 to 16384",
-        meaning: "side of the map in texels; a cube's maps share the same number of texels",
-    },
-    Parameter {
-        key: "fit",
-        default: "samples",
-        allowed: "scene, frustum or samples",
-        meaning: "what the map is fitted to; for spot and point lights scene is the whole cone or cube, and frustum is refused",
-    },
-]);
+const PARAMETERS: [Parameter; 7] = Comparison::keys(&[RESOLUTION, FIT]);
+
+/// The keys of the map itself, for methods that start from it.
+pub(super) const RESOLUTION: Parameter = Parameter {
+    key: "resolution",
+    default: "4096",
+    allowed: "64 to 16384",
+    meaning: "side of the map in texels; a cube's maps share the same number of texels",
+};
+pub(super) const FIT: Parameter = Parameter {
+    key: "fit",
+    default: "samples",
+    allowed: "scene, frustum or samples",
+    meaning: "what the map is fitted to; for spot and point lights scene is the whole cone or cube, and frustum is refused",
+};
 
 pub(super) const INFO: MethodInfo = MethodInfo {
     name: "uniform",
@@ -44,13 +45,14 @@ enum FitTo {
     Samples,
 }
 
-struct Settings {
+pub(super) struct Settings {
     resolution: u32,
     fit: FitTo,
     comparison: Comparison,
 }
 
-fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
+/// What the keys of the map say, whatever method they are typed after.
+pub(super) fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
     Ok(Settings {
         resolution: spec.u32_in("resolution", 4096, 64..=16384)?,
         fit: match spec.one_of("fit", "samples", &["scene", "frustum", "samples"])? {
@@ -62,11 +64,12 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
     })
 }
 
+/// The method, and what others start from.
 pub(super) struct Uniform {
     settings: Settings,
-    screen: Screen,
+    pub(super) screen: Screen,
     /// One for each light.
-    maps: Vec<Map>,
+    pub(super) maps: Vec<Map>,
 }
 
 impl Uniform {
@@ -115,8 +118,9 @@ impl Uniform {
     }
 }
 
-impl Method for Uniform {
-    fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError> {
+impl Uniform {
+    /// What the CPU gives for a frame of each light.
+    pub(super) fn given(&self, lab: &Lab) -> Result<Vec<Given>, LabError> {
         map::check_lights(lab, &self.maps)?;
         let given = |(light, map): (&Light, &Map)| {
             let fits = match self.settings.fit {
@@ -129,7 +133,13 @@ impl Method for Uniform {
                 slices: Slices::zeroed(),
             })
         };
-        let given = lab.view().lights.iter().zip(&self.maps).map(given).collect::<Result<Vec<_>, LabError>>()?;
+        lab.view().lights.iter().zip(&self.maps).map(given).collect()
+    }
+}
+
+impl Method for Uniform {
+    fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError> {
+        let given = self.given(lab)?;
         let camera = lab.camera_constants()?;
         lab.frame(|cmd, timer| map::record((lab, &camera), (cmd, timer), &self.screen, &self.maps, &given, |_, _| ()))
     }
