@@ -6,12 +6,14 @@
 #include "methods/fit.glsl"
 #include "methods/sample.glsl"
 #include "methods/bias.glsl"
+#include "methods/confidence.glsl"
 
 // A lookup with receiver-plane bias: the nearest texel, or a kernel around it; 1 where there is no surface or no layer holds the sample.
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 2) const uint FILTER = 0u;
 layout(constant_id = 3) const uint TAPS = 4u;
 layout(constant_id = 4) const uint BIAS = 0u;  // BIAS_*
+layout(constant_id = 6) const uint CENTRED = 0u;  // 1: the bias shrinks to nothing towards the texel's centre
 layout(std430, binding = 5) readonly buffer Fits { Fit fits[]; };
 layout(binding = 6) uniform sampler2DArray map;
 layout(binding = 7, r32f) writeonly uniform image2D visibility_image;
@@ -78,7 +80,8 @@ bool look_up(uint layer, uvec2 pixel, Sample s, out float lit) {
         lit = lit_by_depth(layer, ls.z, ivec2(texel), max(size.x, size.y), slope, q) ? 1.0 : 0.0;
         return true;
     }
-    float bias = light.rule.x * receiver_bias(max(size.x, size.y), slope) + light.rule.y;
+    float share = CENTRED == 1u ? 1.0 - confidence(texel) : 1.0;
+    float bias = light.rule.x * share * receiver_bias(max(size.x, size.y), slope) + light.rule.y;
     // stored depth is affine over the receiver's plane
     float nearer = has_position() ? max(ls.z - bias, 1e-6 * ls.z) : ls.z - bias;
     float per_z = has_position() ? -light.depth.y / (ls.z * ls.z) : light.depth.x;

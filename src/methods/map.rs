@@ -138,7 +138,7 @@ impl Map {
         let kind = map_light::kind(light);
         let position = u32::from(kind != Kind::Parallel);
         let gpu = lab.gpu();
-        let Shape { side, layers, blend, comparison: Comparison { bias, cull, filter, .. } } = shape;
+        let Shape { side, layers, blend, comparison: Comparison { bias, cull, filter, centred, .. } } = shape;
         let largest = gpu.limits.max_image_dimension2_d.min(gpu.limits.max_framebuffer_width);
         if side > largest {
             return Err(LabError::Refused(format!("'{spec}': resolution is {side}, this device allows {largest}")));
@@ -215,7 +215,7 @@ impl Map {
                     Binding::StorageImage(&visibility),
                     Binding::Sampled(second.as_ref().unwrap_or(&image)),
                 ],
-                &[layers, position, kind_of_filter, taps, bias as u32, blend.to_bits()],
+                &[layers, position, kind_of_filter, taps, bias as u32, blend.to_bits(), u32::from(centred)],
             )?,
             shape,
             kind,

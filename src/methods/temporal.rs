@@ -32,7 +32,7 @@ const PARAMETERS: [Parameter; 12] = Comparison::keys(&[
     },
     Parameter {
         key: "rotation",
-        default: "15",
+        default: "0",
         allowed: "0 to 45",
         meaning: "most degrees by which the texel grid turns, either way",
     },
@@ -79,7 +79,7 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
     Ok(Settings {
         exponent: spec.f32_in("exponent", 8.0, 0.25..=64.0)?,
         memory: spec.f32_in("memory", 64.0, 0.0..=4096.0)?,
-        rotation: f64::from(spec.f32_in("rotation", 15.0, 0.0..=45.0)?).to_radians(),
+        rotation: f64::from(spec.f32_in("rotation", 0.0, 0.0..=45.0)?).to_radians(),
         rejection: spec.f32_in("rejection", 0.01, 1e-4..=1.0)?,
         frames: spec.u32_in("frames", 0, 0..=256)?,
     })
@@ -151,7 +151,9 @@ impl Temporal {
     pub(super) fn new(spec: &MethodSpec, lab: &Lab) -> Result<Self, LabError> {
         super::one_directional(spec, lab)?;
         let gpu = lab.gpu();
-        let base = Uniform::new(spec, lab)?;
+        let mut map = uniform::settings(spec)?;
+        map.comparison.centred = true;
+        let base = Uniform::of(map, spec, lab)?;
         let map = &base.maps[0];
         let image = || screen_image(lab, "history", vk::Format::R32G32B32A32_UINT, vk::ImageUsageFlags::STORAGE);
         let history = [image()?, image()?];

@@ -48,7 +48,7 @@ enum FitTo {
 pub(super) struct Settings {
     resolution: u32,
     fit: FitTo,
-    comparison: Comparison,
+    pub(super) comparison: Comparison,
 }
 
 /// What the keys of the map say, whatever method they are typed after.
@@ -74,7 +74,11 @@ pub(super) struct Uniform {
 
 impl Uniform {
     pub(super) fn new(spec: &MethodSpec, lab: &Lab) -> Result<Self, LabError> {
-        let settings = settings(spec)?;
+        Self::of(settings(spec)?, spec, lab)
+    }
+
+    /// `settings`: what [`settings`] made of `spec`, perhaps changed.
+    pub(super) fn of(settings: Settings, spec: &MethodSpec, lab: &Lab) -> Result<Self, LabError> {
         let lights = &lab.view().lights;
         if settings.fit == FitTo::Frustum && lights.iter().any(|l| map_light::half_side(l).is_some()) {
             return Err(LabError::Refused(format!(
