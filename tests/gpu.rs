@@ -43,9 +43,13 @@ mod lights;
 mod maps;
 #[path = "gpu/request.rs"]
 mod request;
+#[path = "gpu/sampling.rs"]
+mod sampling;
 #[path = "gpu/scenes.rs"]
 mod scenes;
 #[path = "gpu/sort.rs"]
 mod sort;
+#[path = "gpu/temporal.rs"]
+mod temporal;
 #[path = "gpu/validation.rs"]
 mod validation;

@@ -1,7 +1,7 @@
 //! What moved in a lab's scene from one frame to the next, for methods that keep something across frames.
 
 use crate::lab::Lab;
-use crate::scene::{Instance, Scene};
+use crate::scene::{Instance, Scene, mesh_bounds};
 use glam::Vec3;
 
 /// A box relative to the scene's origin: lower and upper corner.
@@ -37,14 +37,8 @@ impl Changes {
 
 /// Of all clusters of an instance.
 fn bounds(scene: &Scene, instance: &Instance) -> Bounds {
-    let mesh = &scene.meshes[instance.mesh as usize];
-    let clusters = &scene.clusters[mesh.first_cluster as usize..][..mesh.cluster_count as usize];
-    let corners = |sign: f32| {
-        clusters.iter().map(move |c| Vec3::from(c.center) + sign * Vec3::from(c.extent)).map(move |v| sign * v)
-    };
-    let most = |sign: f32| sign * corners(sign).fold(Vec3::NEG_INFINITY, Vec3::max);
-    let (low, high) = (most(-1.0), most(1.0));
-    let (center, extent) = (0.5 * (low + high), 0.5 * (high - low));
+    let (center, extent) = mesh_bounds(scene, &scene.meshes[instance.mesh as usize]);
+    let (center, extent) = (Vec3::from(center), Vec3::from(extent));
     let row = |row: [f32; 4]| {
         let axis = Vec3::new(row[0], row[1], row[2]);
         (axis.dot(center) + row[3], axis.abs().dot(extent))

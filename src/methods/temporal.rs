@@ -6,7 +6,7 @@ use super::changes::{Changes, merged};
 use super::comparison::Comparison;
 use super::map::{self, Given, Step, screen_image};
 use super::uniform::{self, FIT, RESOLUTION, Uniform};
-use super::{FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics};
+use super::{FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Sampling, Statistics};
 use crate::Light;
 use crate::gpu::structs::{Fit, Frame, TemporalJitter, TemporalPush};
 use crate::gpu::sync::{self, Access};
@@ -20,7 +20,7 @@ const PARAMETERS: [Parameter; 12] = Comparison::keys(&[
     FIT,
     Parameter {
         key: "exponent",
-        default: "8",
+        default: "4",
         allowed: "0.25 to 64",
         meaning: "a lookup's weight is its confidence to this power",
     },
@@ -77,7 +77,7 @@ struct Settings {
 fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
     uniform::settings(spec)?;
     Ok(Settings {
-        exponent: spec.f32_in("exponent", 8.0, 0.25..=64.0)?,
+        exponent: spec.f32_in("exponent", 4.0, 0.25..=64.0)?,
         memory: spec.f32_in("memory", 64.0, 0.0..=4096.0)?,
         rotation: f64::from(spec.f32_in("rotation", 0.0, 0.0..=45.0)?).to_radians(),
         rejection: spec.f32_in("rejection", 0.01, 1e-4..=1.0)?,
@@ -275,6 +275,10 @@ impl Method for Temporal {
         let mut memory = self.base.memory();
         memory.push(("history", self.history.iter().map(|image| image.bytes).sum()));
         memory
+    }
+
+    fn sampling(&mut self, lab: &Lab, light: usize) -> Result<Option<Sampling>, LabError> {
+        self.base.sampling(lab, light)
     }
 
     fn statistics(&mut self, lab: &Lab) -> Result<Statistics, LabError> {
