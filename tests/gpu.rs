@@ -33,6 +33,8 @@ mod frozen;
 mod gradient;
 #[path = "gpu/host.rs"]
 mod host;
+#[path = "gpu/hybrid.rs"]
+mod hybrid;
 #[path = "gpu/images.rs"]
 mod images;
 #[path = "gpu/lacking.rs"]

@@ -31,6 +31,7 @@ vec4 layer_quad(uint layer, vec2 low) {
 float layer_depth(uint layer, vec2 texel) { return texelFetch(map, ivec3(texel, layer), 0).r; }
 
 #include "shared/kernel.glsl"
+#include "methods/place.glsl"
 
 // The z that was stored as a depth, times what divides it there.
 float z_of(float depth) {
@@ -59,42 +60,20 @@ bool lit_by_depth(uint layer, float z, ivec2 texel, float size, vec2 slope, floa
 
 // False where the layer does not hold the sample.
 bool look_up(uint layer, uvec2 pixel, Sample s, out float lit) {
-    uint face = face_of(layer);
-    vec3 ls = light_space(face, s.from_eye);
-    float w = divisor(ls.z);
-    vec3 t = vec3(ls.xy / w, 1.0);
-    Fit fit = fits[layer];
-    float q = dot(fit.row_w.xyz, t);
-    vec2 uv = vec2(dot(fit.row_u.xyz, t), dot(fit.row_v.xyz, t)) / q;
-    if (w <= 0.0 || q <= 0.0 || any(lessThan(uv, vec2(0.0))) || any(greaterThanEqual(uv, vec2(1.0)))) {
+    Place p;
+    if (!place_of(layer, s, p)) {
         return false;
     }
-    vec3 normal = turned(face, s.normal);
-    float side = float(textureSize(map, 0).x);
-    vec2 texel = uv * side;
-    // change of t from a texel to the next, along u and along v
-    mat2 along = inverse(fit_change(fit, uv, side / q));
-    vec2 size = w * vec2(length(along[0]), length(along[1]));
-    // change of z per unit across, in the receiver's plane at constant x / w and y / w
-    float facing = has_position() ? dot(normal, ls) : normal.z;
-    vec2 across = clamp(-normal.xy * w / facing, -200.0, 200.0);
-    vec2 slope = w * vec2(dot(across, along[0]), dot(across, along[1]));
     if (BIAS != BIAS_PLANE) {
-        lit = lit_by_depth(layer, ls.z, ivec2(texel), max(size.x, size.y), slope, q) ? 1.0 : 0.0;
+        lit = lit_by_depth(layer, p.ls.z, ivec2(p.texel), max(p.size.x, p.size.y), p.slope, p.q) ? 1.0 : 0.0;
         return true;
     }
-    float share = CENTRED == 1u ? 1.0 - confidence(texel) : 1.0;
-    float bias = light.rule.x * share * receiver_bias(max(size.x, size.y), slope) + light.rule.y;
-    // stored depth is affine over the receiver's plane
-    float nearer = has_position() ? max(ls.z - bias, 1e-6 * ls.z) : ls.z - bias;
-    float per_z = has_position() ? -light.depth.y / (ls.z * ls.z) : light.depth.x;
-    float depth = stored_depth(nearer) / q;
-    vec2 change = (slope * per_z - depth * vec2(dot(fit.row_w.xy, along[0]), dot(fit.row_w.xy, along[1]))) / q;
+    float share = CENTRED == 1u ? 1.0 - confidence(p.texel) : 1.0;
+    Plane plane = plane_of(p, fits[layer], share * full_bias(p));
     if (FILTER != FILTER_HARD) {
-        lit = kernel_visibility(Plane(texel, depth, change, 0.0), uvec2(layer, 0u), pixel);
+        lit = kernel_visibility(plane, uvec2(layer, 0u), pixel);
     } else {
-        float caster = texelFetch(map, ivec3(ivec2(texel), layer), 0).r;
-        lit = depth + dot(change, floor(texel) + 0.5 - texel) >= caster ? 1.0 : 0.0;
+        lit = depth_at(plane, floor(p.texel)) >= texelFetch(map, ivec3(ivec2(p.texel), layer), 0).r ? 1.0 : 0.0;
     }
     return true;
 }

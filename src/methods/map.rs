@@ -289,6 +289,11 @@ impl Map {
         &self.fits
     }
 
+    /// Stored depths; readable by lookups outside of [`Self::draw`].
+    pub(super) fn image(&self) -> &Image {
+        &self.image
+    }
+
     /// The light's constants.
     pub(super) fn light(&self) -> &Buffer {
         &self.light

@@ -4,6 +4,7 @@ mod changes;
 mod comparison;
 mod csm;
 pub(crate) mod fvsm;
+mod hybrid;
 mod lispsm;
 mod map;
 mod map_fit;
@@ -202,6 +203,7 @@ pub static METHODS: &[MethodInfo] = &[
     fvsm::INFO,
     qvsm::INFO,
     temporal::INFO,
+    hybrid::INFO,
     raytraced::INFO,
 ];
 
