@@ -1,8 +1,10 @@
 //! The methods of the literature behind one trait, on the same scene, camera, timers and reference.
 
+mod changes;
 mod comparison;
 mod csm;
 pub(crate) mod fvsm;
+mod hybrid;
 mod lispsm;
 mod map;
 mod map_fit;
@@ -21,6 +23,7 @@ mod silhouette;
 mod silhouette_edges;
 mod silhouette_map;
 mod spec;
+mod temporal;
 mod tiles;
 pub(crate) mod tree;
 mod tsm;
@@ -209,6 +212,8 @@ pub static METHODS: &[MethodInfo] = &[
     fvsm::INFO,
     qvsm::INFO,
     silhouette::INFO,
+    temporal::INFO,
+    hybrid::INFO,
     raytraced::INFO,
 ];
 

@@ -356,6 +356,8 @@ fn unserved_lights_are_refused() {
         (&point, "csm", "directional"),
         (&cone, "lispsm", "directional"),
         (&point, "psm", "directional"),
+        (&cone, "temporal", "directional"),
+        (&point, "hybrid", "directional"),
         (&cone, "uniform:fit=frustum", "fit=frustum"),
         (&point, "uniform:fit=frustum", "fit=frustum"),
         (&cone, "silhouette:fit=frustum", "fit=frustum"),
@@ -375,7 +377,14 @@ fn another_kind_of_light_is_refused_later() {
     let at = DVec3::new(0.0, 4.0, 0.0);
     let (scene, view) = scenes::sphere_on_plane([16, 16]);
     let mut lab = Bench::new(scene, view.clone());
-    for spec in ["uniform:resolution=64", "csm:resolution=64", "lispsm:resolution=64", "silhouette:resolution=64"] {
+    for spec in [
+        "uniform:resolution=64",
+        "csm:resolution=64",
+        "lispsm:resolution=64",
+        "temporal:resolution=64",
+        "hybrid:resolution=64",
+        "silhouette:resolution=64",
+    ] {
         let mut method = method(&lab, spec).unwrap();
         method.frame(&lab).unwrap();
         let cone = spot(at, -DVec3::Y, 30.0, 10.0);
