@@ -47,5 +47,7 @@ mod request;
 mod scenes;
 #[path = "gpu/sort.rs"]
 mod sort;
+#[path = "gpu/tree.rs"]
+mod tree;
 #[path = "gpu/validation.rs"]
 mod validation;

@@ -61,6 +61,8 @@ fn directional_maps_match_the_reference() {
             "psm:resolution=2048",
             "csm:resolution=1024,bias=midpoint",
             "csm:resolution=4096,fit=frustum,snap=true",
+            "fvsm:tile=128,tiles=256",
+            "qvsm:tile=256,tiles=64",
         ] {
             let (visibility, outside) = draw(&lab, spec);
             near_truth(&format!("{name}, {spec}"), &visibility, &reference);
@@ -255,6 +257,9 @@ fn every_sample_lies_in_the_map_of_its_layer() {
                 "lispsm:resolution=512,warp=always",
                 "tsm:resolution=512,warp=always",
                 "psm:resolution=512,warp=always",
+                "fvsm:tile=64,tiles=40",
+                "fvsm:tile=32,tiles=1,filter=pcf",
+                "qvsm:tile=64,tiles=5",
             ][..],
         ),
         (point, &["uniform:resolution=256", "uniform:resolution=256,fit=scene"]),
@@ -323,6 +328,8 @@ fn unserved_lights_are_refused() {
         (&cone, "csm", "directional"),
         (&point, "csm", "directional"),
         (&cone, "lispsm", "directional"),
+        (&cone, "fvsm", "directional"),
+        (&point, "qvsm", "directional"),
         (&point, "psm", "directional"),
         (&cone, "uniform:fit=frustum", "fit=frustum"),
         (&point, "uniform:fit=frustum", "fit=frustum"),
@@ -342,7 +349,7 @@ fn another_kind_of_light_is_refused_later() {
     let at = DVec3::new(0.0, 4.0, 0.0);
     let (scene, view) = scenes::sphere_on_plane([16, 16]);
     let mut lab = Bench::new(scene, view.clone());
-    for spec in ["uniform:resolution=64", "csm:resolution=64", "lispsm:resolution=64"] {
+    for spec in ["uniform:resolution=64", "csm:resolution=64", "lispsm:resolution=64", "fvsm:tiles=4", "qvsm:tiles=4"] {
         let mut method = method(&lab, spec).unwrap();
         method.frame(&lab).unwrap();
         let cone = spot(at, -DVec3::Y, 30.0, 10.0);
