@@ -9,8 +9,8 @@ use std::collections::BTreeSet;
 use std::mem::offset_of;
 use umbrage::gpu::structs::{
     AtlasPush, ChoosePush, Counters, Face, Fit, Frame, ItemPush, LightRecord, MapLight, MeshBounds, Node, Page,
-    PreparePush, QvsmPush, Region, RequestPush, RetryPush, ShadeLight, ShadePush, Slices, Slot, TileCounts, Tracked,
-    TrianglePush, WarpMeasure, WarpPush, WarpRecord,
+    PreparePush, QvsmPush, Region, RequestPush, RetryPush, SamplingError, ShadeLight, ShadePush, Slices, Slot,
+    TileCounts, Tracked, TreeMeasurePush, TreeRequestPush, TreeState, TrianglePush, WarpMeasure, WarpPush, WarpRecord,
 };
 use umbrage::scene::{Cluster, Instance, Material};
 
@@ -110,6 +110,8 @@ fn map_structs_are_those_of_the_shaders() {
     assert_layout::<WarpMeasure>(&measure, "Push", fields!(WarpMeasure, axis step resolution));
     let push = fields!(WarpPush, axis step resolution border sine parameter always);
     assert_layout::<WarpPush>(&committed("methods/warp_choose.comp"), "Push", push);
+    let error = fields!(SamplingError, s t perspective_s perspective_t part);
+    assert_layout::<SamplingError>(&all, "SamplingError", error);
     assert_layout::<Slices>(&all, "Slices", fields!(Slices, extremes outside splits));
     assert_eq!(offset_of!(MapLight, rule) + 16, size_of::<MapLight>());
 }
@@ -168,6 +170,7 @@ fn no_struct_is_forgotten() {
         "Fit",
         "Face",
         "ShadeLight",
+        "SamplingError",
         "TileItem",
         "TilePair",
         "Region",

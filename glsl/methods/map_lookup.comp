@@ -71,7 +71,7 @@ bool look_up(uint layer, uvec2 pixel, Sample s, out float lit) {
     float side = float(textureSize(map, 0).x);
     vec2 texel = uv * side;
     // change of t from a texel to the next, along u and along v
-    mat2 along = inverse(transpose(mat2(fit.row_u.xy - uv.x * fit.row_w.xy, fit.row_v.xy - uv.y * fit.row_w.xy)) * (side / q));
+    mat2 along = inverse(fit_change(fit, uv, side / q));
     vec2 size = w * vec2(length(along[0]), length(along[1]));
     // change of z per unit across, in the receiver's plane at constant x / w and y / w
     float facing = has_position() ? dot(normal, ls) : normal.z;

@@ -333,6 +333,25 @@ pub struct Slices {
     pub splits: [f32; 9],
 }
 
+/// How large a texel looks in one pixel; see `glsl/shared/sampling.glsl`. Values above 1 are undersampling.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct SamplingError {
+    /// Length of a texel's side along the map's first axis, in pixels.
+    pub s: f32,
+    /// The same along its second axis.
+    pub t: f32,
+    /// What `s` would be where the surface met eye and light at equal angles: its perspective part (book, 3.2.3).
+    pub perspective_s: f32,
+    /// The perspective part of `t`.
+    pub perspective_t: f32,
+    /// Part of the map that serves: its layer, or the place of its page; [`NO_PART`] where nothing looks up.
+    pub part: u32,
+}
+
+/// [`SamplingError::part`] of a pixel that looks nothing up.
+pub const NO_PART: u32 = u32::MAX;
+
 /// A warp of a map; see `glsl/methods/warp.glsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
