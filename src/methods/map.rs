@@ -298,6 +298,11 @@ impl Map {
         Ok(bytemuck::pod_collect_to_vec(&lab.read_image(&self.visibility, Access::TransferRead, 4)?))
     }
 
+    /// Depths of all layers; for lookups outside of [`Self::draw`].
+    pub(super) fn image(&self) -> &Image {
+        &self.image
+    }
+
     /// Readable by transfers outside of [`Self::look_up`].
     pub(super) fn visibility_image(&self) -> &Image {
         &self.visibility

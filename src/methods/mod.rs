@@ -17,6 +17,7 @@ mod rmsm_pictures;
 mod rmsm_sampling;
 mod sampling;
 mod spec;
+pub(crate) mod tiled;
 mod tiles;
 pub(crate) mod tree;
 mod tsm;
@@ -199,6 +200,7 @@ pub static METHODS: &[MethodInfo] = &[
     psm::INFO,
     fvsm::INFO,
     qvsm::INFO,
+    tiled::INFO,
     raytraced::INFO,
 ];
 

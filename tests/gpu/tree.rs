@@ -5,7 +5,7 @@ use crate::comparators::{mixed, same_image};
 use crate::scenes;
 use glam::DVec3;
 use umbrage::gpu::structs::Region;
-use umbrage::lab::stages_tree::{Rule, TreeFrame, TreeShape, TreeStage, fvsm, qvsm};
+use umbrage::lab::stages_tree::{Rule, TreeFrame, TreeShape, TreeStage, fvsm, qvsm, tiled};
 use umbrage::lab::{Lab, View};
 use umbrage::methods::{MethodSpec, create};
 use umbrage::scene::Scene;
@@ -349,11 +349,91 @@ fn qvsm_counts_what_it_has_no_room_for() {
     assert!(frame.regions.iter().all(|r| r.size == [1, 1] && (r.unmet != 0) == (r.changed > 30)));
 }
 
+/// Where a list of slices is cut in two.
+fn cut(slices: &[u32]) -> usize {
+    let all: i64 = slices.iter().map(|&s| i64::from(s)).sum();
+    let off = |end: usize| (all - 2 * slices[..end].iter().map(|&s| i64::from(s)).sum::<i64>()).abs();
+    let mut end = 1.min(slices.len());
+    while end + 1 < slices.len() && off(end + 1) <= off(end) {
+        end += 1;
+    }
+    end
+}
+
+/// The cut is as near to a half as whole slices allow, and moves towards what becomes more important.
+#[test]
+fn cuts_follow_the_share_of_importance() {
+    let mut random = Lcg(11);
+    for _ in 0..2000 {
+        let count = 2 + random.below(60) as usize;
+        let mut slices: Vec<u32> = (0..count).map(|_| 1 + random.below(1000)).collect();
+        let before = cut(&slices);
+        let half = |end: usize| {
+            let part: u32 = slices[..end].iter().sum();
+            (2 * i64::from(part) - i64::from(slices.iter().sum::<u32>())).abs()
+        };
+        assert!((1..count).all(|end| half(before) <= half(end)), "{slices:?} is cut at {before}");
+        let raised = random.below(count as u32) as usize;
+        slices[raised] += random.below(3000);
+        let after = cut(&slices);
+        assert!(
+            if raised < before { after <= before } else { after >= before },
+            "{slices:?}: {before} to {after}, {raised}"
+        );
+    }
+}
+
+/// Regions by recursive cuts across the longer side.
+fn cuts(frame: &TreeFrame, levels: u32, region: [u32; 4], rounds: u32) -> Vec<[u32; 4]> {
+    if rounds == 0 {
+        return vec![region];
+    }
+    let [x, y, width, height] = region;
+    let extent = [0, 1].map(|a| f64::from(region[2 + a]) * f64::from(frame.root.texel[a]));
+    let along_u = width > 1 && (extent[0] >= extent[1] || height <= 1);
+    let at = |x: u32, y: u32| frame.requests[(y << levels | x) as usize];
+    let slices: Vec<u32> = if along_u {
+        (x..x + width).map(|u| (y..y + height).map(|v| at(u, v)).sum()).collect()
+    } else {
+        (y..y + height).map(|v| (x..x + width).map(|u| at(u, v)).sum()).collect()
+    };
+    let end = cut(&slices) as u32;
+    let parts = if along_u {
+        [[x, y, end, height], [x + end, y, width - end, height]]
+    } else {
+        [[x, y, width, end], [x, y + end, width, height - end]]
+    };
+    parts.into_iter().flat_map(|part| cuts(frame, levels, part, rounds - 1)).collect()
+}
+
+/// The tiles of `tiled` are those of recursive cuts, each sample lies in its own, and what is important has the smaller ones.
+#[test]
+fn tiled_cuts_are_those_of_the_twin() {
+    for (scene, view) in [scenes::long_row(SIZE), scenes::leaves(SIZE)] {
+        let name = scene.name.clone();
+        let lab = Bench::new(scene, view);
+        for tiles in [1, 2, 16, 64] {
+            let frame = tiled(&lab, &format!("tiled:tile=128,tiles={tiles}")).unwrap();
+            let want = cuts(&frame, 7, [0, 0, 128, 128], u32::ilog2(tiles));
+            let got: Vec<_> = frame.regions.iter().map(|r| [r.low[0], r.low[1], r.size[0], r.size[1]]).collect();
+            assert_eq!(got, want, "{name}, {tiles} tiles");
+            let shape = TreeShape { levels: 7, tiles, rule: Rule::Changed };
+            partitions(&shape, &frame.requests, &frame.regions).unwrap_or_else(|why| panic!("{name}, {tiles}: {why}"));
+            picks(&lab, &frame, 7);
+            let area = |r: &Region| r.size[0] * r.size[1];
+            let [least, most] = [frame.regions.iter().map(area).min(), frame.regions.iter().map(area).max()];
+            assert!(tiles < 16 || least.unwrap() * 2 < most.unwrap(), "{name}: {least:?} to {most:?} entries");
+        }
+        let [hard, jumps] = ["0", "16"].map(|j| tiled(&lab, &format!("tiled:tile=128,jumps={j}")).unwrap().regions);
+        assert!(hard != jumps, "{name}: jumps count for nothing");
+    }
+}
+
 #[test]
 fn frames_of_trees_are_the_same_bits() {
     let (scene, view): (Scene, View) = scenes::leaves(SIZE);
     let lab = Bench::new(scene, view);
-    for spec in ["fvsm:tile=64,density=4,tiles=40", "qvsm:tile=64,tiles=12,threshold=0"] {
+    for spec in ["fvsm:tile=64,density=4,tiles=40", "qvsm:tile=64,tiles=12,threshold=0", "tiled:tile=128"] {
         let mut method = create(&MethodSpec::parse(spec).unwrap(), &lab).unwrap();
         let images = [0; 3].map(|_| {
             method.frame(&lab).unwrap();
