@@ -55,5 +55,7 @@ mod silhouette;
 mod sort;
 #[path = "gpu/temporal.rs"]
 mod temporal;
+#[path = "gpu/tree.rs"]
+mod tree;
 #[path = "gpu/validation.rs"]
 mod validation;

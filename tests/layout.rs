@@ -8,10 +8,10 @@ use spirv::{assert_layout, check_layout, committed, files, path, read};
 use std::collections::BTreeSet;
 use std::mem::offset_of;
 use umbrage::gpu::structs::{
-    AtlasPush, ChoosePush, Counters, Edge, EdgeRun, Face, Fit, Frame, ItemPush, LightRecord, MapLight, MeshBounds,
-    Node, Page, PreparePush, QvsmPush, Region, RequestPush, RetryPush, SamplingError, ShadeLight, ShadePush, Slices,
-    Slot, TemporalJitter, TemporalPush, TileCounts, Tracked, TreeMeasurePush, TreeRequestPush, TreeState, TrianglePush,
-    WarpMeasure, WarpPush, WarpRecord,
+    AtlasPush, ChoosePush, Counters, Edge, EdgeRun, Face, Fit, Frame, ImportancePush, ItemPush, LightRecord, MapLight,
+    MeshBounds, Node, Page, PreparePush, QvsmPush, Region, RequestPush, RetryPush, SamplingError, ShadeLight,
+    ShadePush, Slices, Slot, TemporalJitter, TemporalPush, TileCounts, Tracked, TreeMeasurePush, TreeRequestPush,
+    TreeState, TrianglePush, WarpMeasure, WarpPush, WarpRecord,
 };
 use umbrage::scene::{Cluster, Instance, Material};
 
@@ -133,6 +133,7 @@ fn tree_structs_are_those_of_the_shaders() {
     let measure = fields!(TreeMeasurePush, round drop threshold start);
     assert_layout::<TreeMeasurePush>(&push("tree_measure"), "Push", measure);
     assert_layout::<TreeRequestPush>(&push("tree_request"), "Push", fields!(TreeRequestPush, texels density));
+    assert_layout::<ImportancePush>(&push("tiled_importance"), "Push", fields!(ImportancePush, near jumps));
     assert_layout::<QvsmPush>(&push("qvsm_compare"), "Push", fields!(QvsmPush, round start));
 }
 

@@ -520,3 +520,12 @@ pub struct QvsmPush {
     pub round: u32,
     pub start: u32,
 }
+
+/// Push constants of `methods/tiled_importance.comp`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct ImportancePush {
+    pub near: f32,
+    pub jumps: f32,
+}

@@ -357,6 +357,11 @@ impl Map {
         self.silhouettes.iter().map(|silhouettes| silhouettes.picture(lab, &self.image)).collect()
     }
 
+    /// Depths of all layers; for lookups outside of [`Self::draw`].
+    pub(super) fn image(&self) -> &Image {
+        &self.image
+    }
+
     /// Readable by transfers outside of [`Self::look_up`].
     pub(super) fn visibility_image(&self) -> &Image {
         &self.visibility

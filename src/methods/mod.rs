@@ -24,6 +24,7 @@ mod silhouette_edges;
 mod silhouette_map;
 mod spec;
 mod temporal;
+pub(crate) mod tiled;
 mod tiles;
 pub(crate) mod tree;
 mod tsm;
@@ -211,6 +212,7 @@ pub static METHODS: &[MethodInfo] = &[
     psm::INFO,
     fvsm::INFO,
     qvsm::INFO,
+    tiled::INFO,
     silhouette::INFO,
     temporal::INFO,
     hybrid::INFO,
