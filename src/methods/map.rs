@@ -328,7 +328,7 @@ impl Map {
         &self.fits
     }
 
-    /// Stored depths; readable by lookups outside of [`Self::draw`].
+    /// Stored depths of all layers; readable by lookups outside of [`Self::draw`].
     pub(super) fn image(&self) -> &Image {
         &self.image
     }
@@ -355,11 +355,6 @@ impl Map {
     /// The first layer with its silhouettes, where the map holds them.
     pub(super) fn debug_pictures(&self, lab: &Lab) -> Result<Vec<DebugPicture>, LabError> {
         self.silhouettes.iter().map(|silhouettes| silhouettes.picture(lab, &self.image)).collect()
-    }
-
-    /// Depths of all layers; for lookups outside of [`Self::draw`].
-    pub(super) fn image(&self) -> &Image {
-        &self.image
     }
 
     /// Readable by transfers outside of [`Self::look_up`].
