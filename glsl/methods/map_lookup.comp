@@ -15,12 +15,16 @@ layout(constant_id = 2) const uint FILTER = 0u;
 layout(constant_id = 3) const uint TAPS = 4u;
 layout(constant_id = 4) const uint BIAS = 0u;  // BIAS_*
 layout(constant_id = 6) const uint TILES = 0u;  // 1: each sample's layer was picked
-layout(constant_id = 7) const uint CENTRED = 0u;  // 1: the bias shrinks to nothing towards the texel's centre
+layout(constant_id = 8) const uint CENTRED = 0u;  // 1: the bias shrinks to nothing towards the texel's centre
 layout(std430, binding = 5) readonly buffer Fits { Fit fits[]; };
 layout(binding = 6) uniform sampler2DArray map;
 layout(binding = 7, r32f) writeonly uniform image2D visibility_image;
 layout(binding = 8) uniform sampler2DArray second_map;  // with BIAS_MIDPOINT and BIAS_DUAL
 layout(std430, binding = 9) readonly buffer Picked { uint picked[]; };  // with TILES
+layout(constant_id = 7) const uint SILHOUETTES = 0u;
+layout(binding = 10) uniform sampler2DArray silhouette_map;  // with SILHOUETTES
+
+#include "methods/silhouette_lookup.glsl"
 
 uint layer_count(uvec2 layers) { return 1u; }
 uint layer_of(uvec2 layers, uint i) { return layers.x; }
@@ -41,21 +45,49 @@ float z_of(float depth) {
     return (depth - light.depth.y) / light.depth.x;
 }
 
-// Whether a sample is lit without a look at its plane elsewhere. `size`: of a texel, `slope`: change of z to the next; world
-// units; `q`: what divides stored depths.
-bool lit_by_depth(uint layer, float z, ivec2 texel, float size, vec2 slope, float q) {
-    float nearest = z_of(texelFetch(map, ivec3(texel, layer), 0).r * q);
+// A sample as a layer holds it.
+struct Held {
+    float z;      // in light space, world units
+    float q;      // what divides stored depths
+    float size;   // of a texel, world units
+    vec2 slope;   // change of z to the next texel, in the receiver's plane
+    Plane plane;  // stored depth over the texels, nearer to the light by the bias; with BIAS_PLANE
+};
+
+// Whether a texel lets light pass to a sample.
+bool lit_by(uint layer, Held held, ivec2 texel) {
+    float caster = texelFetch(map, ivec3(texel, layer), 0).r;
+    if (BIAS == BIAS_PLANE) {
+        return depth_at(held.plane, vec2(texel)) >= caster;
+    }
+    float nearest = z_of(caster * held.q);
     // rounding
     float stored = nearest + light.rule.y;
     if (BIAS == BIAS_CONSTANT) {
-        stored += light.rule.x * size;
+        stored += light.rule.x * held.size;
     } else if (BIAS == BIAS_SLOPE) {
-        stored += light.rule.x * (0.25 * size + 0.5 * (abs(slope.x) + abs(slope.y)));
+        stored += light.rule.x * (0.25 * held.size + 0.5 * (abs(held.slope.x) + abs(held.slope.y)));
     } else if (BIAS == BIAS_MIDPOINT || BIAS == BIAS_DUAL) {
-        float behind = 0.5 * (z_of(texelFetch(second_map, ivec3(texel, layer), 0).r * q) - nearest);
-        stored += BIAS == BIAS_DUAL ? min(behind, light.rule.x * size) : behind;
+        float behind = 0.5 * (z_of(texelFetch(second_map, ivec3(texel, layer), 0).r * held.q) - nearest);
+        stored += BIAS == BIAS_DUAL ? min(behind, light.rule.x * held.size) : behind;
     }
-    return z <= stored;
+    return held.z <= stored;
+}
+
+// By the four texels around a sample, or, where they differ, by the one that the silhouettes between them leave to it.
+bool lit_by_corners(uint layer, Held held, vec2 at) {
+    vec2 p = at - 0.5;
+    ivec2 low = ivec2(floor(p));
+    ivec2 last = textureSize(map, 0).xy - 1;
+    bool lit[4];
+    for (int i = 0; i < 4; i++) {
+        lit[i] = lit_by(layer, held, clamp(low + ivec2(i & 1, i >> 1), ivec2(0), last));
+    }
+    if (lit[0] == lit[1] && lit[1] == lit[2] && lit[2] == lit[3]) {
+        return lit[0];
+    }
+    ivec2 corner = corner_of(layer, low, p - vec2(low));
+    return lit[corner.x + 2 * corner.y];
 }
 
 // False where the layer does not hold the sample.
@@ -64,16 +96,13 @@ bool look_up(uint layer, uvec2 pixel, Sample s, out float lit) {
     if (!place_of(layer, s, p)) {
         return false;
     }
-    if (BIAS != BIAS_PLANE) {
-        lit = lit_by_depth(layer, p.ls.z, ivec2(p.texel), max(p.size.x, p.size.y), p.slope, p.q) ? 1.0 : 0.0;
-        return true;
-    }
     float share = CENTRED == 1u ? 1.0 - confidence(p.texel) : 1.0;
     Plane plane = plane_of(p, fits[layer], share * full_bias(p));
+    Held held = Held(p.ls.z, p.q, max(p.size.x, p.size.y), p.slope, plane);
     if (FILTER != FILTER_HARD) {
-        lit = kernel_visibility(plane, uvec2(layer, 0u), pixel);
+        lit = kernel_visibility(held.plane, uvec2(layer, 0u), pixel);
     } else {
-        lit = depth_at(plane, floor(p.texel)) >= texelFetch(map, ivec3(ivec2(p.texel), layer), 0).r ? 1.0 : 0.0;
+        lit = (SILHOUETTES == 1u ? lit_by_corners(layer, held, p.texel) : lit_by(layer, held, ivec2(p.texel))) ? 1.0 : 0.0;
     }
     return true;
 }

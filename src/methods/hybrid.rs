@@ -4,8 +4,8 @@
 use super::changes::Changes;
 use super::comparison::{CULL, DEPTH_BIAS};
 use super::map;
-use super::map::Step;
-use super::uniform::{FIT, RESOLUTION, Uniform};
+use super::map::{Screen, Step};
+use super::uniform::{FIT, SIDE, Uniform};
 use super::{FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Sampling, Statistics, comparison, uniform};
 use crate::Config;
 use crate::engine::bvh::{Bvh, CHANGED_SHAPE};
@@ -17,7 +17,7 @@ use crate::lab::{Lab, LabError};
 use ash::vk;
 
 const PARAMETERS: &[Parameter] = &[
-    RESOLUTION,
+    SIDE,
     FIT,
     Parameter {
         key: "reach",
@@ -40,7 +40,7 @@ pub(super) const INFO: MethodInfo = MethodInfo {
 
 /// The key `reach`.
 fn settings(spec: &MethodSpec) -> Result<u32, LabError> {
-    uniform::settings(spec)?;
+    uniform::settings(spec, uniform::RESOLUTION)?;
     spec.u32_in("reach", 1, 1..=4)
 }
 
@@ -57,7 +57,8 @@ impl Hybrid {
     pub(super) fn new(spec: &MethodSpec, lab: &Lab) -> Result<Self, LabError> {
         super::one_directional(spec, lab)?;
         let (gpu, scene) = (lab.gpu(), lab.scene_buffers());
-        let base = Uniform::new(spec, lab)?;
+        let map = uniform::settings(spec, uniform::RESOLUTION)?;
+        let base = Uniform::new(spec, lab, map, Screen::new(lab)?)?;
         let map = &base.maps[0];
         let [width, height] = lab.view().size;
         let usage = vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::TRANSFER_SRC;

@@ -18,6 +18,9 @@ mod rmsm_pages;
 mod rmsm_pictures;
 mod rmsm_sampling;
 mod sampling;
+mod silhouette;
+mod silhouette_edges;
+mod silhouette_map;
 mod spec;
 mod temporal;
 mod tiles;
@@ -30,6 +33,10 @@ pub use crate::gpu::structs::SamplingError;
 pub use sampling::Sampling;
 #[doc(hidden)]
 pub use sampling::SamplingInputs;
+#[doc(hidden)]
+pub use silhouette::SilhouetteStage;
+#[doc(hidden)]
+pub use silhouette_edges::Outline;
 pub use spec::MethodSpec;
 
 use crate::Light;
@@ -202,6 +209,7 @@ pub static METHODS: &[MethodInfo] = &[
     psm::INFO,
     fvsm::INFO,
     qvsm::INFO,
+    silhouette::INFO,
     temporal::INFO,
     hybrid::INFO,
     raytraced::INFO,

@@ -4,8 +4,8 @@
 
 use super::changes::{Changes, merged};
 use super::comparison::Comparison;
-use super::map::{self, Given, Step, screen_image};
-use super::uniform::{self, FIT, RESOLUTION, Uniform};
+use super::map::{self, Given, Screen, Step, screen_image};
+use super::uniform::{self, FIT, SIDE, Uniform};
 use super::{FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Sampling, Statistics};
 use crate::Light;
 use crate::gpu::structs::{Fit, Frame, TemporalJitter, TemporalPush};
@@ -16,7 +16,7 @@ use ash::vk;
 use glam::{DVec3, Vec3};
 
 const PARAMETERS: [Parameter; 12] = Comparison::keys(&[
-    RESOLUTION,
+    SIDE,
     FIT,
     Parameter {
         key: "exponent",
@@ -75,7 +75,7 @@ struct Settings {
 }
 
 fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
-    uniform::settings(spec)?;
+    uniform::settings(spec, uniform::RESOLUTION)?;
     Ok(Settings {
         exponent: spec.f32_in("exponent", 4.0, 0.25..=64.0)?,
         memory: spec.f32_in("memory", 64.0, 0.0..=4096.0)?,
@@ -151,9 +151,9 @@ impl Temporal {
     pub(super) fn new(spec: &MethodSpec, lab: &Lab) -> Result<Self, LabError> {
         super::one_directional(spec, lab)?;
         let gpu = lab.gpu();
-        let mut map = uniform::settings(spec)?;
+        let mut map = uniform::settings(spec, uniform::RESOLUTION)?;
         map.comparison.centred = true;
-        let base = Uniform::of(map, spec, lab)?;
+        let base = Uniform::new(spec, lab, map, Screen::new(lab)?)?;
         let map = &base.maps[0];
         let image = || screen_image(lab, "history", vk::Format::R32G32B32A32_UINT, vk::ImageUsageFlags::STORAGE);
         let history = [image()?, image()?];
