@@ -16,7 +16,7 @@ use crate::lab::{Lab, LabError};
 use ash::vk;
 
 const PARAMETERS: &[Parameter] = &[
-    RESOLUTION,
+    SIDE,
     FIT,
     Parameter {
         key: "reach",
