@@ -47,6 +47,8 @@ mod request;
 mod sampling;
 #[path = "gpu/scenes.rs"]
 mod scenes;
+#[path = "gpu/silhouette.rs"]
+mod silhouette;
 #[path = "gpu/sort.rs"]
 mod sort;
 #[path = "gpu/tree.rs"]

@@ -16,6 +16,9 @@ mod rmsm_pages;
 mod rmsm_pictures;
 mod rmsm_sampling;
 mod sampling;
+mod silhouette;
+mod silhouette_edges;
+mod silhouette_map;
 mod spec;
 pub(crate) mod tiled;
 mod tiles;
@@ -28,6 +31,10 @@ pub use crate::gpu::structs::SamplingError;
 pub use sampling::Sampling;
 #[doc(hidden)]
 pub use sampling::SamplingInputs;
+#[doc(hidden)]
+pub use silhouette::SilhouetteStage;
+#[doc(hidden)]
+pub use silhouette_edges::Outline;
 pub use spec::MethodSpec;
 
 use crate::Light;
@@ -201,6 +208,7 @@ pub static METHODS: &[MethodInfo] = &[
     fvsm::INFO,
     qvsm::INFO,
     tiled::INFO,
+    silhouette::INFO,
     raytraced::INFO,
 ];
 

@@ -59,6 +59,7 @@ fn directional_maps_match_the_reference() {
             "lispsm:resolution=2048,warp=always,distance=1000",
             "tsm:resolution=2048,warp=always",
             "psm:resolution=2048",
+            "silhouette:resolution=2048",
             "csm:resolution=1024,bias=midpoint",
             "csm:resolution=4096,fit=frustum,snap=true",
             "fvsm:tile=128,tiles=256",
@@ -262,9 +263,10 @@ fn every_sample_lies_in_the_map_of_its_layer() {
                 "fvsm:tile=64,tiles=200,filter=pcf",
                 "tiled:tile=256",
                 "qvsm:tile=64,tiles=5",
+                "silhouette:resolution=64",
             ][..],
         ),
-        (point, &["uniform:resolution=256", "uniform:resolution=256,fit=scene"]),
+        (point, &["uniform:resolution=256", "uniform:resolution=256,fit=scene", "silhouette:resolution=256"]),
         (wide, &["uniform:resolution=256", "uniform:resolution=256,fit=scene"]),
     ] {
         view.lights = vec![light];
@@ -336,6 +338,7 @@ fn unserved_lights_are_refused() {
         (&point, "psm", "directional"),
         (&cone, "uniform:fit=frustum", "fit=frustum"),
         (&point, "uniform:fit=frustum", "fit=frustum"),
+        (&cone, "silhouette:fit=frustum", "fit=frustum"),
     ] {
         let (scene, view) = with_light(scenes::sphere_on_plane([16, 16]), light);
         let lab = Bench::new(scene, view);
@@ -359,6 +362,7 @@ fn another_kind_of_light_is_refused_later() {
         "fvsm:tiles=4",
         "qvsm:tiles=4",
         "tiled:tiles=4",
+        "silhouette:resolution=64",
     ] {
         let mut method = method(&lab, spec).unwrap();
         method.frame(&lab).unwrap();
