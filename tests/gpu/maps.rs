@@ -397,6 +397,7 @@ fn another_kind_of_light_is_refused_later() {
         "fvsm:tiles=4",
         "qvsm:tiles=4",
         "tiled:tiles=4",
+        "silhouette:resolution=64",
     ] {
         let mut method = method(&lab, spec).unwrap();
         method.frame(&lab).unwrap();
