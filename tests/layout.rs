@@ -176,6 +176,7 @@ fn no_struct_is_forgotten() {
         "EdgeRun",
         "ShadeLight",
         "SamplingError",
+        "Warp",
         "TileItem",
         "TilePair",
         "Region",

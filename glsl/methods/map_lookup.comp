@@ -17,10 +17,11 @@ layout(constant_id = 6) const uint TILES = 0u;  // 1: each sample's layer was pi
 layout(std430, binding = 5) readonly buffer Fits { Fit fits[]; };
 layout(binding = 6) uniform sampler2DArray map;
 layout(binding = 7, r32f) writeonly uniform image2D visibility_image;
-layout(binding = 8) uniform sampler2DArray second_map;  // with BIAS_MIDPOINT and BIAS_DUAL
+layout(binding = 8) uniform sampler2DArray second_map;  // with BIAS_MIDPOINT and BIAS_DUAL; with BIAS_IDS numbers of triangles
 layout(std430, binding = 9) readonly buffer Picked { uint picked[]; };  // with TILES
+layout(binding = 10) uniform sampler2D triangle_image;  // numbers of the triangles seen, with BIAS_IDS
 layout(constant_id = 7) const uint SILHOUETTES = 0u;
-layout(binding = 10) uniform sampler2DArray silhouette_map;  // with SILHOUETTES
+layout(binding = 11) uniform sampler2DArray silhouette_map;  // with SILHOUETTES
 
 #include "methods/silhouette_lookup.glsl"
 
@@ -48,6 +49,7 @@ struct Held {
     float q;      // what divides stored depths
     float size;   // of a texel, world units
     vec2 slope;   // change of z to the next texel, in the receiver's plane
+    float number;  // of the triangle seen; with BIAS_IDS
     Plane plane;  // stored depth over the texels, nearer to the light by the bias; with BIAS_PLANE
 };
 
@@ -57,10 +59,13 @@ bool lit_by(uint layer, Held held, ivec2 texel) {
     if (BIAS == BIAS_PLANE) {
         return held.plane.depth + dot(held.plane.slope, vec2(texel) + 0.5 - held.plane.texel) >= caster;
     }
+    if (BIAS == BIAS_IDS && texelFetch(second_map, ivec3(texel, layer), 0).r == held.number) {
+        return true;
+    }
     float nearest = z_of(caster * held.q);
     // rounding
     float stored = nearest + light.rule.y;
-    if (BIAS == BIAS_CONSTANT) {
+    if (BIAS == BIAS_CONSTANT || BIAS == BIAS_IDS) {
         stored += light.rule.x * held.size;
     } else if (BIAS == BIAS_SLOPE) {
         stored += light.rule.x * (0.25 * held.size + 0.5 * (abs(held.slope.x) + abs(held.slope.y)));
@@ -115,7 +120,8 @@ bool look_up(uint layer, uvec2 pixel, Sample s, out float lit) {
     float per_z = has_position() ? -light.depth.y / (ls.z * ls.z) : light.depth.x;
     float depth = stored_depth(nearer) / q;
     vec2 change = (slope * per_z - depth * vec2(dot(fit.row_w.xy, along[0]), dot(fit.row_w.xy, along[1]))) / q;
-    Held held = Held(ls.z, q, max(size.x, size.y), slope, Plane(texel, depth, change, 0.0));
+    float number = BIAS == BIAS_IDS ? texelFetch(triangle_image, ivec2(pixel), 0).r : 0.0;
+    Held held = Held(ls.z, q, max(size.x, size.y), slope, number, Plane(texel, depth, change, 0.0));
     if (FILTER != FILTER_HARD) {
         lit = kernel_visibility(held.plane, uvec2(layer, 0u), pixel);
     } else {

@@ -1,8 +1,9 @@
 //! What the methods that draw fitted maps share: the layers of one light's map with their passes, and a frame of them.
 
-use super::comparison::Comparison;
+use super::comparison::{BiasKind, Comparison};
 use super::map_fit::{ANGLES, least_area};
 use super::map_light::Kind;
+use super::polygon_ids::PolygonIds;
 use super::silhouette_edges::Edges;
 use super::silhouette_map::SilhouetteMap;
 use super::tiles::Tiles;
@@ -135,6 +136,8 @@ pub(super) struct Map {
     image: Image,
     /// The second surface, where the bias asks for it.
     second: Option<Image>,
+    /// Where the bias asks for them.
+    ids: Option<PolygonIds>,
     silhouettes: Option<SilhouetteMap>,
     visibility: Image,
     measure: Compute,
@@ -170,9 +173,9 @@ impl Map {
         use vk::{BufferUsageFlags as B, Format as F, ImageUsageFlags as I};
         // debug pictures copy what has silhouettes
         let usage = I::DEPTH_STENCIL_ATTACHMENT | I::SAMPLED | I::TRANSFER_SRC;
-        let spec = ImageSpec { format: F::D32_SFLOAT, width: side, height: side, layers, usage };
-        let image = Image::new(gpu, "map", &spec)?;
-        let second = bias.peels().then(|| Image::new(gpu, "second map", &spec)).transpose()?;
+        let depths = ImageSpec { format: F::D32_SFLOAT, width: side, height: side, layers, usage };
+        let image = Image::new(gpu, "map", &depths)?;
+        let second = bias.peels().then(|| Image::new(gpu, "second map", &depths)).transpose()?;
         let edges = screen.edges.as_ref();
         let visibility = screen_image(lab, "visibility", F::R32_SFLOAT, I::STORAGE | I::TRANSFER_SRC)?;
         let light = constants_buffer(gpu, "light constants", size_of::<MapLight>())?;
@@ -198,6 +201,9 @@ impl Map {
             Binding::External(scene.materials),
             Binding::External(scene.texels),
         ];
+        let ids = (bias == BiasKind::Ids)
+            .then(|| PolygonIds::new(spec, lab, (&shape, kind), &draw, &screen.frame))
+            .transpose()?;
         // with a side left out every fragment is tested
         let depth_compare = vk::CompareOp::GREATER_OR_EQUAL;
         let state = |tested| GraphicsState { depth_compare, ..GraphicsState::casters(scene.position_layout, tested) };
@@ -263,8 +269,9 @@ impl Map {
                     draw[1],
                     Binding::Sampled(&image),
                     Binding::StorageImage(&visibility),
-                    Binding::Sampled(second.as_ref().unwrap_or(&image)),
+                    Binding::Sampled(second.as_ref().or(ids.as_ref().map(|ids| &ids.map)).unwrap_or(&image)),
                     picked,
+                    Binding::Sampled(ids.as_ref().map_or(&screen.receivers.depth, |ids| &ids.view)),
                     Binding::Sampled(silhouettes.as_ref().map_or(&image, SilhouetteMap::points)),
                 ],
                 &[
@@ -287,6 +294,7 @@ impl Map {
             tiles,
             image,
             second,
+            ids,
             peels,
             silhouettes,
             visibility,
@@ -381,6 +389,9 @@ impl Map {
     pub(super) fn draw(&self, lab: &Lab, cmd: vk::CommandBuffer) {
         if let Some(tiles) = &self.tiles {
             tiles.cull(cmd);
+        }
+        if let Some(ids) = &self.ids {
+            return ids.draw(lab, cmd, &self.image);
         }
         let first = self.draws.iter().map(|[opaque, masked]| [opaque, masked]);
         self.draw_into(lab, cmd, &self.image, first);
@@ -561,6 +572,7 @@ pub(super) fn memory(screen: &Screen, maps: &[Map]) -> Vec<(&'static str, u64)> 
                         + m.fits.size
                         + m.slices.size
                         + m.tiles.as_ref().map_or(0, |tiles| tiles.bytes)
+                        + m.ids.as_ref().map_or(0, PolygonIds::bytes)
                 }),
         ),
     ];

@@ -8,6 +8,7 @@ mod map;
 mod map_fit;
 mod map_light;
 mod map_sampling;
+mod polygon_ids;
 mod psm;
 pub(crate) mod qvsm;
 mod raytraced;
@@ -25,6 +26,7 @@ pub(crate) mod tree;
 mod tsm;
 mod uniform;
 mod warp;
+mod warp_passes;
 
 pub use crate::gpu::structs::SamplingError;
 pub use sampling::Sampling;
