@@ -130,6 +130,7 @@ fn usage_errors() {
         ("render --out o --method tiled:tiles=12", &["'12'", "8 or 16"]),
         ("render --out o --method lispsm:distance=near", &["'near'", "distance", "a number from 0.001"]),
         ("render --out o --method tsm:focus=0.8", &["'0.8'", "focus", "0.79"]),
+        ("render --out o --method silhouette:filter=pcf", &["'filter'", "resolution, fit, bias, depth_bias, cull"]),
         ("render --out o --method raytraced:turned=yes", &["'yes'", "turned", "true or false"]),
         ("compare --out o", &["--methods"]),
         ("compare --out o --methods rmsm,", &["--methods"]),
