@@ -16,7 +16,7 @@ use crate::lab::{Lab, LabError};
 use ash::vk;
 
 const PARAMETERS: &[Parameter] = &[
-    SIDE,
+    RESOLUTION,
     FIT,
     Parameter {
         key: "reach",

@@ -16,7 +16,7 @@ use ash::vk;
 use glam::{DVec3, Vec3};
 
 const PARAMETERS: [Parameter; 12] = Comparison::keys(&[
-    SIDE,
+    RESOLUTION,
     FIT,
     Parameter {
         key: "exponent",
