@@ -172,6 +172,11 @@ impl Lab {
         self.shapes.is_some()
     }
 
+    /// Whether the device has tessellation shaders.
+    pub fn has_tessellation(&self) -> bool {
+        self.device.tessellation
+    }
+
     /// Messages of the validation layer so far; always empty without [`LabOptions::validation`].
     pub fn validation_messages(&self) -> Vec<String> {
         self.device.messages()

@@ -8,7 +8,7 @@ use super::{FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statis
 use crate::engine::constants::light_axes;
 use crate::gpu::structs::{Fit, Slices};
 use crate::gpu::sync::{self, Access};
-use crate::gpu::{Binding, Compute, spirv};
+use crate::gpu::{Binding, Compute, Timer, spirv};
 use crate::lab::{Lab, LabError};
 use ash::vk;
 use bytemuck::Zeroable;
@@ -204,7 +204,7 @@ impl Method for Csm {
             let (fits, slices) = if self.settings.snap { self.snapped_fits(lab)? } else { self.frustum_fits(lab)? };
             Given { light, fits: Some(fits), slices }
         };
-        let slice = |step, cmd| {
+        let slice = |step, cmd, _: &mut Timer| {
             if step == Step::Slice {
                 self.slice(lab, cmd);
             }

@@ -80,6 +80,8 @@ pub(super) enum Step {
     Slice,
     /// After that; what is written is ordered before compute shaders.
     Fitted,
+    /// Before the maps are drawn, fitted or given; what is written is ordered before they are.
+    Warp,
 }
 
 /// What the CPU gives for a frame of one light.
@@ -98,6 +100,48 @@ fn samples<'a>(screen: &'a Screen, light: &'a Buffer, slices: &'a Buffer) -> [Bi
         Binding::Uniform(light),
         Binding::Storage(slices),
     ]
+}
+
+/// What drawing reads: `glsl/methods/map_place.glsl`, and what tests of fragments need.
+fn casters<'a>(lab: &Lab, light: &'a Buffer, fits: &'a Buffer) -> [Binding<'a>; 5] {
+    let scene = lab.scene_buffers();
+    [
+        Binding::Uniform(light),
+        Binding::Storage(fits),
+        Binding::External(scene.instances),
+        Binding::External(scene.materials),
+        Binding::External(scene.texels),
+    ]
+}
+
+/// What a lookup reads beside samples: `glsl/methods/map_lookup.glsl`.
+fn lookup<'a>(
+    fits: &'a Buffer,
+    image: &'a Image,
+    second: Option<&'a Image>,
+    visibility: &'a Image,
+) -> [Binding<'a>; 4] {
+    [
+        Binding::Storage(fits),
+        Binding::Sampled(image),
+        Binding::StorageImage(visibility),
+        Binding::Sampled(second.unwrap_or(image)),
+    ]
+}
+
+/// Its constants.
+fn lookup_constants(shape: &Shape, position: u32) -> [u32; 6] {
+    let [kind, taps] = shape.comparison.filter.words();
+    [shape.layers, position, kind, taps, shape.comparison.bias as u32, shape.blend.to_bits()]
+}
+
+/// What draws casters into a map otherwise than the fit has them.
+pub(super) struct Warped {
+    /// Without and with alpha test.
+    pub(super) draws: [Graphics; 2],
+    /// Whether the vertex shader fetches vertices itself, six a triangle.
+    pub(super) fetches: bool,
+    pub(super) lookup: Compute,
 }
 
 /// The map of one light and its visibility.
@@ -119,6 +163,7 @@ pub(super) struct Map {
     /// What draws the second surface, for each layer.
     peels: Vec<Graphics>,
     lookup: Compute,
+    warped: Option<Warped>,
     gpu: Arc<Gpu>,
 }
 
@@ -133,13 +178,13 @@ impl Map {
         let kind = map_light::kind(light);
         let position = u32::from(kind != Kind::Parallel);
         let gpu = lab.gpu();
-        let Shape { side, layers, blend, comparison: Comparison { bias, cull, filter, .. } } = shape;
+        let Shape { side, layers, blend, comparison: Comparison { bias, cull, .. } } = shape;
         let largest = gpu.limits.max_image_dimension2_d.min(gpu.limits.max_framebuffer_width);
         if side > largest {
             return Err(LabError::Refused(format!("'{spec}': resolution is {side}, this device allows {largest}")));
         }
         use vk::{BufferUsageFlags as B, Format as F, ImageUsageFlags as I};
-        let usage = I::DEPTH_STENCIL_ATTACHMENT | I::SAMPLED;
+        let usage = I::DEPTH_STENCIL_ATTACHMENT | I::SAMPLED | I::TRANSFER_SRC;
         let spec = ImageSpec { format: F::D32_SFLOAT, width: side, height: side, layers, usage };
         let image = Image::new(gpu, "map", &spec)?;
         let second = bias.peels().then(|| Image::new(gpu, "second map", &spec)).transpose()?;
@@ -152,13 +197,7 @@ impl Map {
         let slices = storage("slices", size_of::<Slices>(), 1)?;
         let scene = lab.scene_buffers();
         let samples = samples(screen, &light, &slices);
-        let draw = [
-            samples[3],
-            Binding::Storage(&fits),
-            Binding::External(scene.instances),
-            Binding::External(scene.materials),
-            Binding::External(scene.texels),
-        ];
+        let draw = casters(lab, &light, &fits);
         // with a side left out every fragment is tested
         let depth_compare = vk::CompareOp::GREATER_OR_EQUAL;
         let state = |tested| GraphicsState { depth_compare, ..GraphicsState::casters(scene.position_layout, tested) };
@@ -166,20 +205,34 @@ impl Map {
             let name = if masked { "map_masked" } else { "map" };
             let shaders = if masked || cull != Cull::None {
                 let (vertex, fragment) = (spirv!("methods/map_masked.vert"), spirv!("methods/map_masked.frag"));
-                Shaders { vertex, fragment: Some(fragment), constants: &[layer, position, cull as u32] }
+                Shaders {
+                    vertex,
+                    tessellation: None,
+                    fragment: Some(fragment),
+                    constants: &[layer, position, cull as u32],
+                }
             } else {
-                Shaders { vertex: spirv!("methods/map.vert"), fragment: None, constants: &[layer, position] }
+                Shaders {
+                    vertex: spirv!("methods/map.vert"),
+                    tessellation: None,
+                    fragment: None,
+                    constants: &[layer, position],
+                }
             };
             let tested = shaders.fragment.is_some();
             Graphics::new(gpu, name, &shaders, if tested { &draw } else { &draw[..3] }, &state(tested))
         };
         let peel = |layer: u32| {
             let (vertex, fragment) = (spirv!("methods/map_masked.vert"), spirv!("methods/map_peel.frag"));
-            let shaders = Shaders { vertex, fragment: Some(fragment), constants: &[layer, position, cull as u32] };
+            let shaders = Shaders {
+                vertex,
+                tessellation: None,
+                fragment: Some(fragment),
+                constants: &[layer, position, cull as u32],
+            };
             Graphics::new(gpu, "map_peel", &shaders, &[&draw[..], &[Binding::Sampled(&image)]].concat(), &state(true))
         };
         let peels = second.iter().flat_map(|_| 0..layers).map(peel).collect::<Result<_, _>>()?;
-        let [kind_of_filter, taps] = filter.words();
         let compute = |name, spirv: &[u8], own: &[Binding<'_>], constants: &[u32]| {
             Compute::new(gpu, name, spirv, &[&samples[..], own].concat(), constants, 0)
         };
@@ -204,13 +257,8 @@ impl Map {
             lookup: compute(
                 "map_lookup",
                 spirv!("methods/map_lookup.comp"),
-                &[
-                    draw[1],
-                    Binding::Sampled(&image),
-                    Binding::StorageImage(&visibility),
-                    Binding::Sampled(second.as_ref().unwrap_or(&image)),
-                ],
-                &[layers, position, kind_of_filter, taps, bias as u32, blend.to_bits()],
+                &lookup(&fits, &image, second.as_ref(), &visibility),
+                &lookup_constants(&shape, position),
             )?,
             shape,
             kind,
@@ -222,6 +270,7 @@ impl Map {
             second,
             peels,
             visibility,
+            warped: None,
             gpu: gpu.clone(),
         })
     }
@@ -229,6 +278,27 @@ impl Map {
     /// What passes over the image read: `glsl/methods/sample.glsl`.
     pub(super) fn samples<'a>(&'a self, screen: &'a Screen) -> [Binding<'a>; 5] {
         samples(screen, &self.light, &self.slices)
+    }
+
+    /// What drawing reads.
+    pub(super) fn casters<'a>(&'a self, lab: &Lab) -> [Binding<'a>; 5] {
+        casters(lab, &self.light, &self.fits)
+    }
+
+    /// What a lookup of a parallel light's map reads and its constants.
+    pub(super) fn lookup<'a>(&'a self, screen: &'a Screen) -> (Vec<Binding<'a>>, [u32; 6]) {
+        let own = lookup(&self.fits, &self.image, self.second.as_ref(), &self.visibility);
+        ([&self.samples(screen)[..], &own].concat(), lookup_constants(&self.shape, 0))
+    }
+
+    /// Draws and looks up the first surface through a warp from now on.
+    pub(super) fn set_warped(&mut self, warped: Warped) {
+        self.warped = Some(warped);
+    }
+
+    /// Depths of the last frame; nearest is greatest.
+    pub(super) fn depths(&self, lab: &Lab) -> Result<Vec<f32>, LabError> {
+        Ok(bytemuck::pod_collect_to_vec(&lab.read_image(&self.image, Access::ComputeRead, 4)?))
     }
 
     /// The fit of each layer.
@@ -262,55 +332,70 @@ impl Map {
     fn draw(&self, lab: &Lab, cmd: vk::CommandBuffer) {
         use Access::*;
         let device = &self.gpu.device;
-        let draws = || self.draws.iter().flat_map(|[a, b]| [(a, Some(false)), (b, Some(true))]);
         sync::discard(device, cmd, &self.image, LookupRead, DepthAttachment);
-        self.draw_into(lab, cmd, &self.image, draws());
+        match &self.warped {
+            Some(Warped { draws: [opaque, masked], fetches, .. }) => {
+                let draws = [(opaque, Some(false)), (masked, Some(true))];
+                draw_into(lab, cmd, &self.image, draws.into_iter(), *fetches);
+            }
+            None => self.draw_fitted(lab, cmd, &self.image),
+        }
         sync::image(device, cmd, &self.image, DepthAttachment, LookupRead);
         if let Some(second) = &self.second {
             sync::discard(device, cmd, second, ComputeRead, DepthAttachment);
-            self.draw_into(lab, cmd, second, self.peels.iter().map(|pipeline| (pipeline, None)));
+            draw_into(lab, cmd, second, self.peels.iter().map(|pipeline| (pipeline, None)), false);
             sync::image(device, cmd, second, DepthAttachment, ComputeRead);
         }
     }
 
-    /// Each pipeline draws the meshes that are, or are not, alpha tested, or all.
-    fn draw_into<'a>(
-        &self,
-        lab: &Lab,
-        cmd: vk::CommandBuffer,
-        image: &Image,
-        draws: impl Iterator<Item = (&'a Graphics, Option<bool>)>,
-    ) {
-        let device = &self.gpu.device;
-        let scene = lab.scene_buffers();
-        let attachment = vk::RenderingAttachmentInfo::default()
-            .image_view(image.view)
-            .image_layout(vk::ImageLayout::DEPTH_ATTACHMENT_OPTIMAL)
-            .load_op(vk::AttachmentLoadOp::CLEAR)
-            .store_op(vk::AttachmentStoreOp::STORE)
-            .clear_value(vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } });
-        let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: image.extent };
-        let info =
-            vk::RenderingInfo::default().render_area(area).layer_count(self.shape.layers).depth_attachment(&attachment);
-        // SAFETY: the command buffer is recording; buffers and images outlive the submission
-        unsafe {
-            device.cmd_begin_rendering(cmd, &info);
-            set_area(device, cmd, area);
-            device.cmd_bind_index_buffer(cmd, scene.indices, 0, vk::IndexType::UINT32);
-            device.cmd_bind_vertex_buffers(cmd, 0, &scene.vertices(), &[0, 0]);
-            for (pipeline, alpha_tested) in draws {
-                pipeline.bind(cmd);
-                for (d, _) in lab
-                    .draws()
-                    .iter()
-                    .zip(&lab.scene().meshes)
-                    .filter(|(d, m)| m.casts && alpha_tested.is_none_or(|tested| d.alpha_tested == tested))
-                {
-                    device.cmd_draw_indexed(cmd, d.index_count, d.instance_count, d.first_index, 0, d.first_instance);
+    /// The first surface where the fit has it, into an image of any size that is a depth attachment.
+    pub(super) fn draw_fitted(&self, lab: &Lab, cmd: vk::CommandBuffer, image: &Image) {
+        let draws = self.draws.iter().flat_map(|[a, b]| [(a, Some(false)), (b, Some(true))]);
+        draw_into(lab, cmd, image, draws, false);
+    }
+}
+
+/// Each pipeline draws the meshes that are, or are not, alpha tested, or all, into a cleared image. `fetches`: see [`Warped`].
+fn draw_into<'a>(
+    lab: &Lab,
+    cmd: vk::CommandBuffer,
+    image: &Image,
+    draws: impl Iterator<Item = (&'a Graphics, Option<bool>)>,
+    fetches: bool,
+) {
+    let device = &lab.gpu().device;
+    let scene = lab.scene_buffers();
+    let attachment = vk::RenderingAttachmentInfo::default()
+        .image_view(image.view)
+        .image_layout(vk::ImageLayout::DEPTH_ATTACHMENT_OPTIMAL)
+        .load_op(vk::AttachmentLoadOp::CLEAR)
+        .store_op(vk::AttachmentStoreOp::STORE)
+        .clear_value(vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } });
+    let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: image.extent };
+    let info = vk::RenderingInfo::default().render_area(area).layer_count(image.layers).depth_attachment(&attachment);
+    // SAFETY: the command buffer is recording; buffers and images outlive the submission
+    unsafe {
+        device.cmd_begin_rendering(cmd, &info);
+        set_area(device, cmd, area);
+        device.cmd_bind_index_buffer(cmd, scene.indices, 0, vk::IndexType::UINT32);
+        device.cmd_bind_vertex_buffers(cmd, 0, &scene.vertices(), &[0, 0]);
+        for (pipeline, alpha_tested) in draws {
+            pipeline.bind(cmd);
+            for (d, _) in lab
+                .draws()
+                .iter()
+                .zip(&lab.scene().meshes)
+                .filter(|(d, m)| m.casts && alpha_tested.is_none_or(|tested| d.alpha_tested == tested))
+            {
+                let (count, first) = (d.index_count, d.first_index);
+                if fetches {
+                    device.cmd_draw(cmd, 2 * count, d.instance_count, 2 * first, d.first_instance);
+                } else {
+                    device.cmd_draw_indexed(cmd, count, d.instance_count, first, 0, d.first_instance);
                 }
             }
-            device.cmd_end_rendering(cmd);
         }
+        device.cmd_end_rendering(cmd);
     }
 }
 
@@ -340,7 +425,7 @@ pub(super) fn record(
     screen: &Screen,
     maps: &[Map],
     given: &[Given],
-    steps: impl Fn(Step, vk::CommandBuffer),
+    steps: impl Fn(Step, vk::CommandBuffer, &mut Timer),
 ) {
     use Access::*;
     let device = &lab.gpu().device;
@@ -353,7 +438,7 @@ pub(super) fn record(
     // SAFETY: the command buffer is recording; the data is smaller than 64 KiB
     unsafe { device.cmd_update_buffer(cmd, screen.frame.raw, 0, bytemuck::bytes_of(camera)) };
     maps.iter().zip(given).for_each(|(map, given)| map.write(cmd, given));
-    steps(Step::Reset, cmd);
+    steps(Step::Reset, cmd, timer);
     sync::barrier(
         device,
         cmd,
@@ -364,24 +449,26 @@ pub(super) fn record(
     screen.receivers.record_written(device, cmd);
     timer.mark(cmd, "gradient");
     if fitted().next().is_some() {
-        steps(Step::Slice, cmd);
+        steps(Step::Slice, cmd, timer);
         fitted().for_each(|map| map.measure.dispatch(cmd, &(), screen.columns()));
         sync::barrier(device, cmd, &[(ComputeWrite, ComputeRead)]);
         fitted().for_each(|map| {
             map.choose.dispatch(cmd, &[map.shape.side, map.shape.border()].map(|v| v as f32), [map.shape.layers, 1, 1])
         });
         sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite)]);
-        steps(Step::Fitted, cmd);
+        steps(Step::Fitted, cmd, timer);
         sync::barrier(device, cmd, &[(ComputeWrite, ComputeRead), (ComputeWrite, GraphicsRead)]);
         timer.mark(cmd, "fit");
     }
+    steps(Step::Warp, cmd, timer);
     for map in maps {
         map.draw(lab, cmd);
     }
     timer.mark(cmd, "map");
     for map in maps {
         sync::discard(device, cmd, &map.visibility, TransferRead, StorageImage);
-        map.lookup.dispatch(cmd, &(), [screen.size[0].div_ceil(8), screen.size[1].div_ceil(8), 1]);
+        let lookup = map.warped.as_ref().map_or(&map.lookup, |warped| &warped.lookup);
+        lookup.dispatch(cmd, &(), [screen.size[0].div_ceil(8), screen.size[1].div_ceil(8), 1]);
         sync::image(device, cmd, &map.visibility, StorageImage, TransferRead);
     }
     timer.mark(cmd, "lookup");

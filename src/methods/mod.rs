@@ -4,6 +4,7 @@ mod comparison;
 mod csm;
 mod lispsm;
 mod map;
+mod map_cover;
 mod map_fit;
 mod map_light;
 mod psm;
@@ -11,6 +12,8 @@ mod raytraced;
 mod rmsm;
 mod rmsm_pages;
 mod rmsm_pictures;
+mod rtw;
+mod rtw_pictures;
 mod spec;
 mod tsm;
 mod uniform;
@@ -173,7 +176,7 @@ pub trait Method {
 
 /// All methods; the first is the default.
 pub static METHODS: &[MethodInfo] =
-    &[rmsm::INFO, uniform::INFO, csm::INFO, lispsm::INFO, tsm::INFO, psm::INFO, raytraced::INFO];
+    &[rmsm::INFO, uniform::INFO, csm::INFO, lispsm::INFO, tsm::INFO, psm::INFO, rtw::INFO, raytraced::INFO];
 
 fn info(spec: &MethodSpec) -> Result<&'static MethodInfo, LabError> {
     METHODS.iter().find(|method| method.name == spec.name).ok_or_else(|| {

@@ -4,14 +4,12 @@
 
 use super::comparison::Comparison;
 use super::map::{self, Given, Map, Screen, Shape};
-use super::map_fit::{across, box_corners, frustum_in_box};
+use super::map_cover::Cover;
 use super::{FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
 use crate::Light;
-use crate::engine::constants::light_axes;
-use crate::gpu::structs::{Fit, Slices};
+use crate::gpu::structs::Slices;
 use crate::lab::{Lab, LabError};
 use bytemuck::Zeroable;
-use glam::{DVec2, DVec3};
 
 const PARAMETERS: [Parameter; 7] = Comparison::keys(&[
     Parameter {
@@ -37,27 +35,16 @@ pub(super) const INFO: MethodInfo = MethodInfo {
     create: |spec, lab| Ok(Box::new(Uniform::new(spec, lab)?)),
 };
 
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum FitTo {
-    Scene,
-    Frustum,
-    Samples,
-}
-
 struct Settings {
     resolution: u32,
-    fit: FitTo,
+    cover: Cover,
     comparison: Comparison,
 }
 
 fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
     Ok(Settings {
         resolution: spec.u32_in("resolution", 4096, 64..=16384)?,
-        fit: match spec.one_of("fit", "samples", &["scene", "frustum", "samples"])? {
-            "scene" => FitTo::Scene,
-            "frustum" => FitTo::Frustum,
-            _ => FitTo::Samples,
-        },
+        cover: Cover::of(spec, "samples")?,
         comparison: Comparison::of(spec)?,
     })
 }
@@ -73,7 +60,7 @@ impl Uniform {
     pub(super) fn new(spec: &MethodSpec, lab: &Lab) -> Result<Self, LabError> {
         let settings = settings(spec)?;
         let lights = &lab.view().lights;
-        if settings.fit == FitTo::Frustum && lights.iter().any(|l| map_light::half_side(l).is_some()) {
+        if settings.cover == Cover::Frustum && lights.iter().any(|l| map_light::half_side(l).is_some()) {
             return Err(LabError::Refused(format!(
                 "'{spec}': fit=frustum serves directional lights; allowed for spot and point lights is fit=scene or samples"
             )));
@@ -87,51 +74,23 @@ impl Uniform {
         let maps = lights.iter().map(|l| Map::new(spec, lab, &screen, l, shape(l))).collect::<Result<_, _>>()?;
         Ok(Self { settings, screen, maps })
     }
-
-    /// The fit of each layer that needs no look at the samples.
-    fn fixed_fits(&self, lab: &Lab, light: &Light, map: &Map) -> Result<Vec<Fit>, LabError> {
-        let points: Vec<_> = match map_light::half_side(light) {
-            Some(half) => [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]].map(|c| half * DVec2::from(c)).to_vec(),
-            None => {
-                let eye = lab.view().camera.eye - lab.scene().origin;
-                across(&self.parallel_points(lab), eye, light_axes(map_light::direction(light))?)
-            }
-        };
-        Ok(vec![map.shape().fit(&points); map.shape().layers as usize])
-    }
-
-    /// Corners of what a parallel light's map covers, relative to the scene's origin.
-    fn parallel_points(&self, lab: &Lab) -> Vec<DVec3> {
-        let scene = lab.scene_buffers();
-        let bounds = [scene.bounds_min.into(), scene.bounds_max.into()];
-        if self.settings.fit == FitTo::Frustum {
-            let camera = &lab.view().camera;
-            let clipped = frustum_in_box(lab.view(), lab.scene().origin, [camera.near, camera.far], bounds);
-            if !clipped.is_empty() {
-                return clipped;
-            }
-        }
-        box_corners(bounds).to_vec()
-    }
 }
 
 impl Method for Uniform {
     fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError> {
         map::check_lights(lab, &self.maps)?;
         let given = |(light, map): (&Light, &Map)| {
-            let fits = match self.settings.fit {
-                FitTo::Samples => None,
-                _ => Some(self.fixed_fits(lab, light, map)?),
-            };
             Ok(Given {
                 light: map_light::constants(light, lab, self.settings.comparison.bias_texels)?,
-                fits,
+                fits: self.settings.cover.fits(lab, light, map)?,
                 slices: Slices::zeroed(),
             })
         };
         let given = lab.view().lights.iter().zip(&self.maps).map(given).collect::<Result<Vec<_>, LabError>>()?;
         let camera = lab.camera_constants()?;
-        lab.frame(|cmd, timer| map::record((lab, &camera), (cmd, timer), &self.screen, &self.maps, &given, |_, _| ()))
+        lab.frame(|cmd, timer| {
+            map::record((lab, &camera), (cmd, timer), &self.screen, &self.maps, &given, |_, _, _| ())
+        })
     }
 
     fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {

@@ -7,7 +7,7 @@ use super::map::{self, Given, Map, Screen, Shape, Step};
 use super::{FrameTimes, Masks, Method, MethodSpec, Parameter, Statistics, map_light};
 use crate::gpu::structs::{Slices, WarpMeasure, WarpPush, WarpRecord};
 use crate::gpu::sync::{self, Access};
-use crate::gpu::{Binding, Buffer, Compute, spirv};
+use crate::gpu::{Binding, Buffer, Compute, Timer, spirv};
 use crate::lab::{Lab, LabError};
 use ash::vk;
 use bytemuck::Zeroable;
@@ -136,12 +136,12 @@ impl Method for Warp {
         let given = Given { light, fits: None, slices: Slices::zeroed() };
         let axis = self.axis(lab)?;
         let camera = lab.camera_constants()?;
-        let steps = |step, cmd| match step {
+        let steps = |step, cmd, _: &mut Timer| match step {
             // SAFETY: the command buffer is recording; the map's own commands wait for the last frame and for this
             Step::Reset => unsafe {
                 lab.gpu().device.cmd_fill_buffer(cmd, self.record.raw, 0, vk::WHOLE_SIZE, 0);
             },
-            Step::Slice => {}
+            Step::Slice | Step::Warp => {}
             Step::Fitted => self.warp(lab, cmd, axis),
         };
         lab.frame(|cmd, timer| map::record((lab, &camera), (cmd, timer), &self.screen, &self.map, &[given], steps))

@@ -1,0 +1,132 @@
+#include "shared/frame.glsl"
+#include "shared/key.glsl"
+#include "shared/receiver.glsl"
+#include "methods/fit.glsl"
+#include "methods/sample.glsl"
+#include "methods/bias.glsl"
+
+// A lookup with receiver-plane bias: the nearest texel, or a kernel around it; 1 where there is no surface or no layer holds the sample.
+// The includer defines placed().
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(constant_id = 2) const uint FILTER = 0u;
+layout(constant_id = 3) const uint TAPS = 4u;
+layout(constant_id = 4) const uint BIAS = 0u;  // BIAS_*
+layout(std430, binding = 5) readonly buffer Fits { Fit fits[]; };
+layout(binding = 6) uniform sampler2DArray map;
+layout(binding = 7, r32f) writeonly uniform image2D visibility_image;
+layout(binding = 8) uniform sampler2DArray second_map;  // with BIAS_MIDPOINT and BIAS_DUAL
+
+uint layer_count(uvec2 layers) { return 1u; }
+uint layer_of(uvec2 layers, uint i) { return layers.x; }
+vec4 layer_quad(uint layer, vec2 low) {
+    // the gather of a nearest sampler: its four texels meet at the coordinate given
+    return textureGather(map, vec3((low + 1.0) / vec2(textureSize(map, 0).xy), float(layer)), 0).wzxy;
+}
+float layer_depth(uint layer, vec2 texel) { return texelFetch(map, ivec3(texel, layer), 0).r; }
+
+#include "shared/kernel.glsl"
+
+// A point of a layer among the texels that the map holds. Texels of the fit are those without a warp.
+struct Place {
+    vec2 texel;   // of the map
+    vec2 centre;  // of that texel, in texels of the fit
+    vec2 span;    // sides of that texel, in texels of the fit
+};
+
+Place placed(vec2 uv, float side);
+
+// The z that was stored as a depth, times what divides it there.
+float z_of(float depth) {
+    if (has_position()) {
+        return depth > 0.0 ? light.depth.y / depth : light.rule.z;
+    }
+    return (depth - light.depth.y) / light.depth.x;
+}
+
+// Whether a sample is lit without a look at its plane elsewhere. `size`: of a texel, `slope`: change of z to the next; world
+// units; `q`: what divides stored depths.
+bool lit_by_depth(uint layer, float z, ivec2 texel, float size, vec2 slope, float q) {
+    float nearest = z_of(texelFetch(map, ivec3(texel, layer), 0).r * q);
+    // rounding
+    float stored = nearest + light.rule.y;
+    if (BIAS == BIAS_CONSTANT) {
+        stored += light.rule.x * size;
+    } else if (BIAS == BIAS_SLOPE) {
+        stored += light.rule.x * (0.25 * size + 0.5 * (abs(slope.x) + abs(slope.y)));
+    } else if (BIAS == BIAS_MIDPOINT || BIAS == BIAS_DUAL) {
+        float behind = 0.5 * (z_of(texelFetch(second_map, ivec3(texel, layer), 0).r * q) - nearest);
+        stored += BIAS == BIAS_DUAL ? min(behind, light.rule.x * size) : behind;
+    }
+    return z <= stored;
+}
+
+// False where the layer does not hold the sample.
+bool look_up(uint layer, uvec2 pixel, Sample s, out float lit) {
+    uint face = face_of(layer);
+    vec3 ls = light_space(face, s.from_eye);
+    float w = divisor(ls.z);
+    vec3 t = vec3(ls.xy / w, 1.0);
+    Fit fit = fits[layer];
+    float q = dot(fit.row_w.xyz, t);
+    vec2 uv = vec2(dot(fit.row_u.xyz, t), dot(fit.row_v.xyz, t)) / q;
+    if (w <= 0.0 || q <= 0.0 || any(lessThan(uv, vec2(0.0))) || any(greaterThanEqual(uv, vec2(1.0)))) {
+        return false;
+    }
+    vec3 normal = turned(face, s.normal);
+    float side = float(textureSize(map, 0).x);
+    vec2 texel = uv * side;  // of the fit
+    Place place = placed(uv, side);
+    // change of t from a texel to the next, along u and along v
+    mat2 along = inverse(transpose(mat2(fit.row_u.xy - uv.x * fit.row_w.xy, fit.row_v.xy - uv.y * fit.row_w.xy)) * (side / q));
+    vec2 size = w * vec2(length(along[0]), length(along[1]));
+    // change of z per unit across, in the receiver's plane at constant x / w and y / w
+    float facing = has_position() ? dot(normal, ls) : normal.z;
+    vec2 across = clamp(-normal.xy * w / facing, -200.0, 200.0);
+    vec2 slope = w * vec2(dot(across, along[0]), dot(across, along[1]));
+    size *= place.span;
+    if (BIAS != BIAS_PLANE) {
+        lit = lit_by_depth(layer, ls.z, ivec2(place.texel), max(size.x, size.y), slope * place.span, q) ? 1.0 : 0.0;
+        return true;
+    }
+    float bias = light.rule.x * receiver_bias(max(size.x, size.y), slope * place.span) + light.rule.y;
+    // stored depth is affine over the receiver's plane
+    float nearer = has_position() ? max(ls.z - bias, 1e-6 * ls.z) : ls.z - bias;
+    float per_z = has_position() ? -light.depth.y / (ls.z * ls.z) : light.depth.x;
+    float depth = stored_depth(nearer) / q;
+    vec2 change = (slope * per_z - depth * vec2(dot(fit.row_w.xy, along[0]), dot(fit.row_w.xy, along[1]))) / q;
+    if (FILTER != FILTER_HARD) {
+        lit = kernel_visibility(Plane(place.texel, depth, change * place.span, 0.0), uvec2(layer, 0u), pixel);
+    } else {
+        float caster = texelFetch(map, ivec3(ivec2(place.texel), layer), 0).r;
+        lit = depth + dot(change, place.centre - texel) >= caster ? 1.0 : 0.0;
+    }
+    return true;
+}
+
+float visibility(uvec2 pixel, float depth) {
+    Sample s = sample_at(pixel, depth);
+    if (!shone_on(pixel, s)) {
+        return 0.0;
+    }
+    float lit;
+    if (look_up(s.layer, pixel, s, lit)) {
+        float next;
+        return s.next > 0.0 && look_up(s.layer + 1u, pixel, s, next) ? mix(lit, next, s.next) : lit;
+    }
+    atomicAdd(outside, 1u);
+    for (uint layer = 0u; layer < LAYERS; layer++) {
+        if (look_up(layer, pixel, s, lit)) {
+            return lit;
+        }
+    }
+    return 1.0;
+}
+
+void main() {
+    uvec2 pixel = gl_GlobalInvocationID.xy;
+    if (any(greaterThanEqual(pixel, frame.size.xy))) {
+        return;
+    }
+    float depth = texelFetch(depth_image, ivec2(pixel), 0).r;
+    imageStore(visibility_image, ivec2(pixel), vec4(depth > 0.0 ? visibility(pixel, depth) : 1.0));
+}
