@@ -21,6 +21,7 @@ layout(location = 1) flat in vec3 corner_b;
 layout(location = 2) flat in vec3 corner_c;
 layout(location = 3) flat in uint instance_index;
 layout(location = 4) flat in uint triangle;
+layout(depth_less) out float gl_FragDepth;  // than that of the box
 
 vec2 vertex_uv(uint vertex) { return vec2(uintBitsToFloat(attributes[3u * vertex]), uintBitsToFloat(attributes[3u * vertex + 1u])); }
 vec4 vertex_color(uint vertex) { return unpackUnorm4x8(attributes[3u * vertex + 2u]); }

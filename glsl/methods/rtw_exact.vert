@@ -41,5 +41,7 @@ void main() {
     vec2 to = clamp(floor(high - 0.5 + ROUNDING) + 1.0, from, vec2(float(SIDE)));
     uint i = gl_VertexIndex % 6;
     bvec2 far = bvec2(i == 1u || i == 2u || i == 4u, i == 2u || i == 4u || i == 5u);
-    gl_Position = vec4(mix(from, to, far) * (2.0 / float(SIDE)) - 1.0, 0.5, 1.0);
+    // the greatest depth there is, and a little more for rounding: what is hidden needs no fragment
+    float nearest = max(max(corner_a.z, corner_b.z), corner_c.z);
+    gl_Position = vec4(mix(from, to, far) * (2.0 / float(SIDE)) - 1.0, min(nearest * 1.00001, 1.0), 1.0);
 }
