@@ -43,6 +43,8 @@ mod lights;
 mod maps;
 #[path = "gpu/request.rs"]
 mod request;
+#[path = "gpu/rtw.rs"]
+mod rtw;
 #[path = "gpu/scenes.rs"]
 mod scenes;
 #[path = "gpu/sort.rs"]

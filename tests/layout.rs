@@ -9,8 +9,8 @@ use std::collections::BTreeSet;
 use std::mem::offset_of;
 use umbrage::gpu::structs::{
     AtlasPush, ChoosePush, Counters, Face, Fit, Frame, ItemPush, LightRecord, MapLight, MeshBounds, Node, Page,
-    PreparePush, RequestPush, RetryPush, ShadeLight, ShadePush, Slices, Slot, Tracked, TrianglePush, WarpMeasure,
-    WarpPush, WarpRecord,
+    PreparePush, RequestPush, RetryPush, RtwPush, ShadeLight, ShadePush, Slices, Slot, Tracked, TrianglePush,
+    WarpMeasure, WarpPush, WarpRecord,
 };
 use umbrage::scene::{Cluster, Instance, Material};
 
@@ -105,6 +105,10 @@ fn map_structs_are_those_of_the_shaders() {
     assert_layout::<WarpMeasure>(&measure, "Push", fields!(WarpMeasure, axis step resolution));
     let push = fields!(WarpPush, axis step resolution border sine parameter always);
     assert_layout::<WarpPush>(&committed("methods/warp_choose.comp"), "Push", push);
+    for shader in ["backward", "forward"] {
+        let push = fields!(RtwPush, nearness normal edge view stride);
+        assert_layout::<RtwPush>(&committed(&format!("methods/rtw_{shader}.comp")), "Push", push);
+    }
     assert_layout::<Slices>(&all, "Slices", fields!(Slices, extremes outside splits));
     assert_eq!(offset_of!(MapLight, rule) + 16, size_of::<MapLight>());
 }
@@ -187,7 +191,7 @@ fn no_stage_is_an_orphan() {
     }
     for file in files("src/twin") {
         let name = file.rsplit('/').next().unwrap().trim_end_matches(".rs");
-        let shared = path(&format!("glsl/shared/{name}.glsl")).is_file();
+        let shared = ["shared", "methods"].iter().any(|place| path(&format!("glsl/{place}/{name}.glsl")).is_file());
         assert!(name == "mod" || shared || shaders.contains(name), "{file} is the twin of nothing");
     }
 }

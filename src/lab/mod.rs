@@ -9,6 +9,8 @@ mod shapes;
 pub mod stages;
 #[doc(hidden)]
 pub mod stages_exact;
+#[doc(hidden)]
+pub mod stages_rtw;
 mod upload;
 
 pub use device::{DeviceReport, devices};

@@ -12,7 +12,7 @@ mod raytraced;
 mod rmsm;
 mod rmsm_pages;
 mod rmsm_pictures;
-mod rtw;
+pub(crate) mod rtw;
 mod rtw_pictures;
 mod spec;
 mod tsm;

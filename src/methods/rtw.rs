@@ -8,7 +8,7 @@ use super::map_cover::Cover;
 use super::{
     DebugPicture, FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light, rtw_pictures,
 };
-use crate::gpu::structs::{RtwPush, Slices};
+use crate::gpu::structs::{Fit, RtwPush, Slices};
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Buffer, Compute, Gpu, Graphics, GraphicsState, Image, ImageSpec, Shaders, Timer, spirv};
 use crate::lab::{Lab, LabError};
@@ -165,7 +165,7 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
 }
 
 /// The warp of two axes: what makes it of importance.
-pub(super) struct WarpMaps {
+pub(crate) struct WarpMaps {
     cells: u32,
     side: u32,
     importance: Buffer,
@@ -178,7 +178,7 @@ pub(super) struct WarpMaps {
 
 impl WarpMaps {
     /// `cells`: along a side of the importance map; `side`: of the map, in texels; `blur`: in cells.
-    pub(super) fn new(gpu: &Arc<Gpu>, cells: u32, side: u32, blur: f32) -> Result<Self, LabError> {
+    pub(crate) fn new(gpu: &Arc<Gpu>, cells: u32, side: u32, blur: f32) -> Result<Self, LabError> {
         let storage = |name, bytes: u32| Buffer::storage(gpu, name, u64::from(bytes), vk::BufferUsageFlags::empty());
         let importance = storage("importance", 4 * cells * cells)?;
         let collapsed = storage("importance of rows and columns", 8 * cells)?;
@@ -198,12 +198,20 @@ impl WarpMaps {
         })
     }
 
+    pub(crate) fn importance_buffer(&self) -> &Buffer {
+        &self.importance
+    }
+
+    pub(crate) fn centres(&self) -> &Buffer {
+        &self.centres
+    }
+
     fn buffers(&self) -> [&Buffer; 4] {
         [&self.importance, &self.collapsed, &self.warp, &self.centres]
     }
 
     /// Forgets all importance.
-    pub(super) fn clear(&self, gpu: &Gpu, cmd: vk::CommandBuffer) {
+    pub(crate) fn clear(&self, gpu: &Gpu, cmd: vk::CommandBuffer) {
         for buffer in [&self.importance, &self.collapsed] {
             // SAFETY: the command buffer is recording outside of rendering; storage buffers can be filled
             unsafe { gpu.device.cmd_fill_buffer(cmd, buffer.raw, 0, vk::WHOLE_SIZE, 0) };
@@ -211,7 +219,7 @@ impl WarpMaps {
     }
 
     /// After importance was written.
-    pub(super) fn record(&self, gpu: &Gpu, cmd: vk::CommandBuffer) {
+    pub(crate) fn record(&self, gpu: &Gpu, cmd: vk::CommandBuffer) {
         let next = || sync::barrier(&gpu.device, cmd, &[(Access::ComputeWrite, Access::ComputeWrite)]);
         next();
         self.collapse.dispatch(cmd, &(), [self.cells.div_ceil(64), self.cells.div_ceil(32), 1]);
@@ -220,12 +228,12 @@ impl WarpMaps {
     }
 
     /// Importance of the last frame, row by row.
-    pub(super) fn importance(&self, lab: &Lab) -> Result<Vec<f32>, LabError> {
+    pub(crate) fn importance(&self, lab: &Lab) -> Result<Vec<f32>, LabError> {
         self.read(lab, &self.importance, self.cells * self.cells)
     }
 
     /// Where cells begin in the map, and the last ends; along u and along v.
-    pub(super) fn warp(&self, lab: &Lab) -> Result<[Vec<f32>; 2], LabError> {
+    pub(crate) fn warp(&self, lab: &Lab) -> Result<[Vec<f32>; 2], LabError> {
         let mut u = self.read(lab, &self.warp, 2 * (self.cells + 1))?;
         let v = u.split_off(self.cells as usize + 1);
         Ok([u, v])
@@ -242,7 +250,7 @@ struct Forward {
     analyse: Compute,
 }
 
-pub(super) struct Rtw {
+pub(crate) struct Rtw {
     settings: Settings,
     screen: Screen,
     map: [Map; 1],
@@ -252,7 +260,7 @@ pub(super) struct Rtw {
 }
 
 impl Rtw {
-    pub(super) fn new(spec: &MethodSpec, lab: &Lab) -> Result<Self, LabError> {
+    pub(crate) fn new(spec: &MethodSpec, lab: &Lab) -> Result<Self, LabError> {
         super::one_directional(spec, lab)?;
         let settings = settings(spec)?;
         if matches!(settings.bent, Bent::Split(_)) && !lab.has_tessellation() {
@@ -297,6 +305,12 @@ impl Rtw {
         let warped = warped(lab, &screen, &map, &maps, &settings)?;
         map.set_warped(warped);
         Ok(Self { settings, screen, map: [map], maps, backward, forward })
+    }
+
+    /// Importance of the last frame, row by row, and what it covers.
+    pub(crate) fn importance(&self, lab: &Lab) -> Result<(Vec<f32>, Fit), LabError> {
+        let fit = bytemuck::pod_read_unaligned(&lab.read_buffer(self.map[0].fits())?[..size_of::<Fit>()]);
+        Ok((self.maps.importance(lab)?, fit))
     }
 
     fn push(&self, lab: &Lab) -> RtwPush {

@@ -15,12 +15,12 @@ const SIZE: [u32; 2] = [320, 180];
 const EDGE_ERROR: f64 = 4.0;
 const OFF_EDGE: f64 = 0.1;
 
-fn method(lab: &Lab, spec: &str) -> Result<Box<dyn Method>, LabError> {
+pub fn method(lab: &Lab, spec: &str) -> Result<Box<dyn Method>, LabError> {
     create(&MethodSpec::parse(spec).unwrap(), lab)
 }
 
 /// Visibility of one frame, and how many samples lay outside the map of their layer.
-fn draw(lab: &Lab, spec: &str) -> (Vec<f32>, u64) {
+pub fn draw(lab: &Lab, spec: &str) -> (Vec<f32>, u64) {
     let mut method = method(lab, spec).unwrap();
     method.frame(lab).unwrap();
     let counters = method.statistics(lab).unwrap().counters;
@@ -29,7 +29,7 @@ fn draw(lab: &Lab, spec: &str) -> (Vec<f32>, u64) {
 }
 
 /// Compares with `reference` and checks that wrong images would be seen.
-fn near_truth(name: &str, visibility: &[f32], reference: &Reference) {
+pub fn near_truth(name: &str, visibility: &[f32], reference: &Reference) {
     mixed(visibility).unwrap_or_else(|why| panic!("{name}: {why}"));
     mixed(&reference.visibility_image()).unwrap_or_else(|why| panic!("{name}, reference: {why}"));
     let m = compare(visibility, reference).unwrap();
@@ -255,6 +255,8 @@ fn every_sample_lies_in_the_map_of_its_layer() {
                 "lispsm:resolution=512,warp=always",
                 "tsm:resolution=512,warp=always",
                 "psm:resolution=512,warp=always",
+                "rtw:resolution=256",
+                "rtw:resolution=256,analysis=hybrid,subdivide=2.5",
             ][..],
         ),
         (point, &["uniform:resolution=256", "uniform:resolution=256,fit=scene"]),
@@ -324,6 +326,7 @@ fn unserved_lights_are_refused() {
         (&point, "csm", "directional"),
         (&cone, "lispsm", "directional"),
         (&point, "psm", "directional"),
+        (&cone, "rtw", "directional"),
         (&cone, "uniform:fit=frustum", "fit=frustum"),
         (&point, "uniform:fit=frustum", "fit=frustum"),
     ] {
@@ -342,7 +345,7 @@ fn another_kind_of_light_is_refused_later() {
     let at = DVec3::new(0.0, 4.0, 0.0);
     let (scene, view) = scenes::sphere_on_plane([16, 16]);
     let mut lab = Bench::new(scene, view.clone());
-    for spec in ["uniform:resolution=64", "csm:resolution=64", "lispsm:resolution=64"] {
+    for spec in ["uniform:resolution=64", "csm:resolution=64", "lispsm:resolution=64", "rtw:resolution=64"] {
         let mut method = method(&lab, spec).unwrap();
         method.frame(&lab).unwrap();
         let cone = spot(at, -DVec3::Y, 30.0, 10.0);
