@@ -104,7 +104,7 @@ fn ordered(spread: &Value, above_zero: bool) {
 #[test]
 fn usage_errors() {
     let place = Place::new("usage");
-    let cases: [(&str, &[&str]); 47] = [
+    let cases: [(&str, &[&str]); 51] = [
         ("", &["command", "allowed"]),
         ("draw", &["'draw'"]),
         ("render", &["--out"]),
@@ -125,6 +125,10 @@ fn usage_errors() {
         ("render --out o --method csm:bias=slope,filter=pcf", &["bias=slope", "filter", "filter=hard"]),
         ("render --out o --method lispsm:distance=near", &["'near'", "distance", "a number from 0.001"]),
         ("render --out o --method tsm:focus=0.8", &["'0.8'", "focus", "0.79"]),
+        ("render --out o --method rtw:edge=0.5", &["analysis=backward", "edge=1", "hybrid"]),
+        ("render --out o --method rtw:view=false", &["view=false", "analysis=forward"]),
+        ("render --out o --method rtw:subdivide=200", &["'200'", "subdivide", "from 0 to 100"]),
+        ("render --out o --method rtw:bias=midpoint", &["second surface", "bias=plane"]),
         ("render --out o --method raytraced:turned=yes", &["'yes'", "turned", "true or false"]),
         ("compare --out o", &["--methods"]),
         ("compare --out o --methods rmsm,", &["--methods"]),

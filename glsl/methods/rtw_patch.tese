@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 
 // Vertices of a subdivided triangle, warped one by one.
-layout(triangles, equal_spacing, ccw) in;
+layout(triangles, equal_spacing, cw) in;  // in the order of the corners: the domain's origin is its upper left
 #define CELLS_CONSTANT 3
 #define WARP_BINDING 5
 #include "methods/rtw.glsl"

@@ -50,7 +50,7 @@ const PARAMETERS: [Parameter; 16] = Comparison::keys(&[
     },
     Parameter {
         key: "edge",
-        default: "0.001 with analysis=hybrid, else 1",
+        default: "0.01 with analysis=hybrid, else 1",
         allowed: "0 to 1",
         meaning: "importance left to cells without shadow edges; 1: no difference is made, the only value with analysis=backward",
     },
@@ -129,7 +129,7 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
         _ => Analysis::Backward,
     };
     let flag = |key| Ok::<_, LabError>(spec.one_of(key, "true", &["true", "false"])? == "true");
-    let edge = if analysis == Analysis::Hybrid { 0.001 } else { 1.0 };
+    let edge = if analysis == Analysis::Hybrid { 0.01 } else { 1.0 };
     let settings = Settings {
         resolution: spec.u32_in("resolution", 4096, 64..=16384)?,
         cover: Cover::of(spec, "samples")?,
