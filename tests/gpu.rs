@@ -45,6 +45,8 @@ mod maps;
 mod request;
 #[path = "gpu/rtw.rs"]
 mod rtw;
+#[path = "gpu/sampling.rs"]
+mod sampling;
 #[path = "gpu/scenes.rs"]
 mod scenes;
 #[path = "gpu/sort.rs"]

@@ -1,10 +1,21 @@
 // Position of a caster's vertex in one layer of a map.
 #include "methods/map_place.glsl"
+layout(constant_id = 0) const uint LAYER = 0u;
+layout(constant_id = 3) const uint TILES = 0u;  // 1: layer and instance are those of a pair
+#include "methods/tile.glsl"
+layout(std430, binding = 3) readonly buffer Pairs { TilePair pairs[]; };  // with TILES
 layout(location = 0) in vec3 position;
 
-void place_vertex(out Instance instance) {
-    instance = instances[gl_InstanceIndex];
-    vec4 place = map_place(instance, position);
+// Writes gl_Position and gl_Layer; hands out instance and layer.
+void place_vertex(out Instance instance, out uint layer) {
+    layer = LAYER;
+    uint index = gl_InstanceIndex;
+    if (TILES == 1u) {
+        layer = pairs[gl_InstanceIndex].tile;
+        index = pairs[gl_InstanceIndex].instance;
+    }
+    instance = instances[index];
+    vec4 place = map_place(instance, position, layer);
     gl_Position = vec4(2.0 * place.xy - place.z, place.w, place.z);
-    gl_Layer = int(LAYER);
+    gl_Layer = int(layer);
 }

@@ -7,7 +7,7 @@
 
 // Warped vertices with straight edges between them (Rosen 2012, 4.3).
 #define CELLS_CONSTANT 3
-#define WARP_BINDING 5
+#define WARP_BINDING 6
 #include "methods/rtw.glsl"
 #include "methods/rtw_vertex.glsl"
 

@@ -8,12 +8,12 @@ layout(constant_id = 2) const uint CULL = 0u;  // as in masked_fragment.glsl
 layout(constant_id = 4) const uint MASKED = 0u;
 layout(constant_id = 5) const uint SIDE = 2048u;
 layout(std430, binding = 2) readonly buffer Instances { Instance instances[]; };
-layout(std430, binding = 3) readonly buffer Materials { Material materials[]; };
-layout(std430, binding = 4) readonly buffer Texels { uint texels[]; };
-#define CENTRES_BINDING 6
+layout(std430, binding = 4) readonly buffer Materials { Material materials[]; };
+layout(std430, binding = 5) readonly buffer Texels { uint texels[]; };
+#define CENTRES_BINDING 7
 #include "methods/rtw_centres.glsl"
-layout(std430, binding = 8) readonly buffer Indices { uint indices[]; };
-layout(std430, binding = 9) readonly buffer Attributes { uint attributes[]; };  // three words a vertex
+layout(std430, binding = 9) readonly buffer Indices { uint indices[]; };
+layout(std430, binding = 10) readonly buffer Attributes { uint attributes[]; };  // three words a vertex
 #include "shared/alpha.glsl"
 
 layout(location = 0) flat in vec3 corner_a;

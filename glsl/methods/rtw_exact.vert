@@ -7,14 +7,14 @@
 // A box around what a triangle covers in the warped map, where its edges are bent: six vertices a triangle, fetched by hand. Boxes
 // that hold no texel's centre are empty.
 #define CELLS_CONSTANT 3
-#define WARP_BINDING 5
+#define WARP_BINDING 6
 #include "methods/rtw.glsl"
 layout(constant_id = 5) const uint SIDE = 2048u;
 layout(constant_id = 6) const uint POSITION_STRIDE = 3u;
 layout(constant_id = 7) const uint POSITION_OFFSET = 0u;
 layout(constant_id = 8) const uint POSITION_FORMAT = 0u;
-layout(std430, binding = 7) readonly buffer Positions { uint positions[]; };
-layout(std430, binding = 8) readonly buffer Indices { uint indices[]; };
+layout(std430, binding = 8) readonly buffer Positions { uint positions[]; };
+layout(std430, binding = 9) readonly buffer Indices { uint indices[]; };
 #include "shared/position.glsl"
 
 layout(location = 0) flat out vec3 corner_a;  // u, v, stored depth
@@ -31,9 +31,9 @@ void main() {
     triangle = gl_VertexIndex / 6;
     Instance instance = instances[gl_InstanceIndex];
     uint first = 3u * triangle;
-    corner_a = map_place(instance, position(indices[first])).xyw;
-    corner_b = map_place(instance, position(indices[first + 1u])).xyw;
-    corner_c = map_place(instance, position(indices[first + 2u])).xyw;
+    corner_a = map_place(instance, position(indices[first]), 0u).xyw;
+    corner_b = map_place(instance, position(indices[first + 1u]), 0u).xyw;
+    corner_c = map_place(instance, position(indices[first + 2u]), 0u).xyw;
     vec2 low = warped(min(min(corner_a.xy, corner_b.xy), corner_c.xy)) * float(SIDE);
     vec2 high = warped(max(max(corner_a.xy, corner_b.xy), corner_c.xy)) * float(SIDE);
     // from the first texel whose centre may be covered to the end of the last

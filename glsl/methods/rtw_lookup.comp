@@ -4,11 +4,11 @@
 
 // Through a rectilinear warp (Rosen 2012, 4.4). The plane is compared at a texel's centre as it lies without the warp; a kernel takes
 // the texels around for as large.
-#define CELLS_CONSTANT 6
-#define WARP_BINDING 9
+#define CELLS_CONSTANT 7
+#define WARP_BINDING 10
 #include "methods/rtw.glsl"
-layout(constant_id = 7) const uint SIDE = 2048u;
-#define CENTRES_BINDING 10
+layout(constant_id = 8) const uint SIDE = 2048u;
+#define CENTRES_BINDING 11
 #include "methods/rtw_centres.glsl"
 
 Place placed(vec2 uv, float side) {

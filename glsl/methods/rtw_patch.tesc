@@ -4,7 +4,7 @@
 // Subdivides a triangle so that none of its edges is longer in the warped map than a share of the map's side (Rosen 2012, 6.1).
 layout(vertices = 3) out;
 #define CELLS_CONSTANT 3
-#define WARP_BINDING 5
+#define WARP_BINDING 6
 #include "methods/rtw.glsl"
 layout(constant_id = 4) const float LONGEST = 0.025;  // share of the map's side
 layout(location = 0) in vec2 in_uv[];

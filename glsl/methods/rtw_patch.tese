@@ -4,7 +4,7 @@
 // Vertices of a subdivided triangle, warped one by one.
 layout(triangles, equal_spacing, cw) in;  // in the order of the corners: the domain's origin is its upper left
 #define CELLS_CONSTANT 3
-#define WARP_BINDING 5
+#define WARP_BINDING 6
 #include "methods/rtw.glsl"
 layout(location = 0) in vec2 in_uv[];
 layout(location = 1) in vec4 in_color[];

@@ -14,5 +14,5 @@ vec4 caster() {
     vertex_color = color;
     material = instance.material;
     mirrored = determinant(mat3(instance.rows[0].xyz, instance.rows[1].xyz, instance.rows[2].xyz)) < 0.0 ? 1u : 0u;
-    return map_place(instance, position);
+    return map_place(instance, position, 0u);
 }

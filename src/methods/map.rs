@@ -3,6 +3,7 @@
 use super::comparison::Comparison;
 use super::map_fit::{ANGLES, least_area};
 use super::map_light::Kind;
+use super::tiles::Tiles;
 use super::{Masks, MethodSpec, Statistics, map_light};
 use crate::engine::gradient::{Gradient, Receivers};
 use crate::gpu::structs::{Fit, Frame, MapLight, Slices};
@@ -40,7 +41,8 @@ impl Screen {
 }
 
 fn constants_buffer(gpu: &Arc<Gpu>, name: &str, size: usize) -> Result<Buffer, LabError> {
-    let usage = vk::BufferUsageFlags::UNIFORM_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
+    use vk::BufferUsageFlags as U;
+    let usage = U::UNIFORM_BUFFER | U::TRANSFER_DST | U::TRANSFER_SRC;
     Ok(Buffer::new(gpu, name, size as u64, usage, Memory::Device)?)
 }
 
@@ -53,6 +55,8 @@ fn screen_image(lab: &Lab, name: &str, format: vk::Format, usage: vk::ImageUsage
 pub(super) struct Shape {
     pub(super) side: u32,
     pub(super) layers: u32,
+    /// Whether the layers are tiles, which the method's own shaders place and pick: see [`Tiles`].
+    pub(super) tiled: bool,
     /// Share of a layer's slice at whose end it gives way to the next; 0: none.
     pub(super) blend: f32,
     pub(super) comparison: Comparison,
@@ -62,6 +66,11 @@ impl Shape {
     /// The fit of a layer to what it must hold.
     pub(super) fn fit(&self, points: &[DVec2]) -> Fit {
         least_area(points, self.side.into(), self.border().into())
+    }
+
+    /// What is fitted to samples: each layer, or what all tiles lie in.
+    pub(super) fn fitted(&self) -> u32 {
+        if self.tiled { 1 } else { self.layers }
     }
 
     /// Texels around the samples that a layer holds too.
@@ -102,40 +111,26 @@ fn samples<'a>(screen: &'a Screen, light: &'a Buffer, slices: &'a Buffer) -> [Bi
     ]
 }
 
-/// What drawing reads: `glsl/methods/map_place.glsl`, and what tests of fragments need.
-fn casters<'a>(lab: &Lab, light: &'a Buffer, fits: &'a Buffer) -> [Binding<'a>; 5] {
+/// What drawing reads: `glsl/methods/map_place.glsl`, pairs, and what tests of fragments need.
+fn casters<'a>(lab: &Lab, light: &'a Buffer, fits: &'a Buffer, pairs: Binding<'a>) -> [Binding<'a>; 6] {
     let scene = lab.scene_buffers();
     [
         Binding::Uniform(light),
         Binding::Storage(fits),
         Binding::External(scene.instances),
+        pairs,
         Binding::External(scene.materials),
         Binding::External(scene.texels),
     ]
 }
 
-/// What a lookup reads beside samples: `glsl/methods/map_lookup.glsl`.
-fn lookup<'a>(
-    fits: &'a Buffer,
-    image: &'a Image,
-    second: Option<&'a Image>,
-    visibility: &'a Image,
-) -> [Binding<'a>; 4] {
-    [
-        Binding::Storage(fits),
-        Binding::Sampled(image),
-        Binding::StorageImage(visibility),
-        Binding::Sampled(second.unwrap_or(image)),
-    ]
-}
-
-/// Its constants.
-fn lookup_constants(shape: &Shape, position: u32) -> [u32; 6] {
+/// Constants of `glsl/methods/map_lookup.glsl`.
+fn lookup_constants(shape: &Shape, position: u32) -> [u32; 7] {
     let [kind, taps] = shape.comparison.filter.words();
-    [shape.layers, position, kind, taps, shape.comparison.bias as u32, shape.blend.to_bits()]
+    [shape.fitted(), position, kind, taps, shape.comparison.bias as u32, shape.blend.to_bits(), shape.tiled.into()]
 }
 
-/// What draws casters into a map otherwise than the fit has them.
+/// What draws casters into a map without tiles otherwise than the fit has them.
 pub(super) struct Warped {
     /// Without and with alpha test.
     pub(super) draws: [Graphics; 2],
@@ -152,6 +147,7 @@ pub(super) struct Map {
     bounds: Buffer,
     fits: Buffer,
     pub(super) slices: Buffer,
+    tiles: Option<Tiles>,
     image: Image,
     /// The second surface, where the bias asks for it.
     second: Option<Image>,
@@ -178,10 +174,14 @@ impl Map {
         let kind = map_light::kind(light);
         let position = u32::from(kind != Kind::Parallel);
         let gpu = lab.gpu();
-        let Shape { side, layers, blend, comparison: Comparison { bias, cull, .. } } = shape;
+        let Shape { side, layers, tiled, blend, comparison: Comparison { bias, cull, .. } } = shape;
         let largest = gpu.limits.max_image_dimension2_d.min(gpu.limits.max_framebuffer_width);
         if side > largest {
             return Err(LabError::Refused(format!("'{spec}': resolution is {side}, this device allows {largest}")));
+        }
+        let most = gpu.limits.max_image_array_layers.min(gpu.limits.max_framebuffer_layers);
+        if layers > most {
+            return Err(LabError::Refused(format!("'{spec}' has {layers} layers, this device allows {most}")));
         }
         use vk::{BufferUsageFlags as B, Format as F, ImageUsageFlags as I};
         let usage = I::DEPTH_STENCIL_ATTACHMENT | I::SAMPLED | I::TRANSFER_SRC;
@@ -192,72 +192,83 @@ impl Map {
         let light = constants_buffer(gpu, "light constants", size_of::<MapLight>())?;
         let storage =
             |name, each: usize, count: u32| Buffer::storage(gpu, name, each as u64 * u64::from(count), B::empty());
-        let bounds = storage("sample bounds", 4 * 4, ANGLES * layers)?;
+        let fitted = shape.fitted();
+        let bounds = storage("sample bounds", 4 * 4, ANGLES * fitted)?;
         let fits = storage("fits", size_of::<Fit>(), layers)?;
         let slices = storage("slices", size_of::<Slices>(), 1)?;
-        let scene = lab.scene_buffers();
+        let tiles = tiled.then(|| Tiles::new(lab, &shape, &light, &fits)).transpose()?;
         let samples = samples(screen, &light, &slices);
-        let draw = casters(lab, &light, &fits);
+        // without tiles the shaders do not read them
+        let pairs = Binding::Storage(tiles.as_ref().map_or(&fits, |tiles| &tiles.pairs));
+        let picked = Binding::Storage(tiles.as_ref().map_or(&fits, |tiles| &tiles.picked));
+        let draw = casters(lab, &light, &fits, pairs);
         // with a side left out every fragment is tested
         let depth_compare = vk::CompareOp::GREATER_OR_EQUAL;
-        let state = |tested| GraphicsState { depth_compare, ..GraphicsState::casters(scene.position_layout, tested) };
+        let state = |tested| GraphicsState {
+            depth_compare,
+            ..GraphicsState::casters(lab.scene_buffers().position_layout, tested)
+        };
+        // tiles take their layers from pairs
+        let drawn = if tiled { 1 } else { layers };
         let pipeline = |layer: u32, masked: bool| {
+            let constants = &[layer, position, cull as u32, tiled.into()];
             let name = if masked { "map_masked" } else { "map" };
             let shaders = if masked || cull != Cull::None {
                 let (vertex, fragment) = (spirv!("methods/map_masked.vert"), spirv!("methods/map_masked.frag"));
-                Shaders {
-                    vertex,
-                    tessellation: None,
-                    fragment: Some(fragment),
-                    constants: &[layer, position, cull as u32],
-                }
+                Shaders { vertex, tessellation: None, fragment: Some(fragment), constants }
             } else {
-                Shaders {
-                    vertex: spirv!("methods/map.vert"),
-                    tessellation: None,
-                    fragment: None,
-                    constants: &[layer, position],
-                }
+                Shaders { vertex: spirv!("methods/map.vert"), tessellation: None, fragment: None, constants }
             };
             let tested = shaders.fragment.is_some();
-            Graphics::new(gpu, name, &shaders, if tested { &draw } else { &draw[..3] }, &state(tested))
+            Graphics::new(gpu, name, &shaders, if tested { &draw } else { &draw[..4] }, &state(tested))
         };
         let peel = |layer: u32| {
             let (vertex, fragment) = (spirv!("methods/map_masked.vert"), spirv!("methods/map_peel.frag"));
-            let shaders = Shaders {
-                vertex,
-                tessellation: None,
-                fragment: Some(fragment),
-                constants: &[layer, position, cull as u32],
-            };
+            let constants = &[layer, position, cull as u32, tiled.into()];
+            let shaders = Shaders { vertex, tessellation: None, fragment: Some(fragment), constants };
             Graphics::new(gpu, "map_peel", &shaders, &[&draw[..], &[Binding::Sampled(&image)]].concat(), &state(true))
         };
-        let peels = second.iter().flat_map(|_| 0..layers).map(peel).collect::<Result<_, _>>()?;
+        let peels = second.iter().flat_map(|_| 0..drawn).map(peel).collect::<Result<_, _>>()?;
         let compute = |name, spirv: &[u8], own: &[Binding<'_>], constants: &[u32]| {
             Compute::new(gpu, name, spirv, &[&samples[..], own].concat(), constants, 0)
         };
+        if tiled {
+            // their contents stay from draw to draw
+            let images: Vec<_> = [&image].into_iter().chain(&second).collect();
+            lab.submit(|cmd| {
+                for image in images {
+                    sync::discard(&gpu.device, cmd, image, Access::Nothing, Access::LookupRead);
+                }
+            })?;
+        }
         Ok(Self {
             measure: compute(
                 "map_bounds",
                 spirv!("methods/map_bounds.comp"),
                 &[Binding::Storage(&bounds)],
-                &[layers, position, 0, 0, 0, blend.to_bits()],
+                &[fitted, position, 0, 0, 0, blend.to_bits()],
             )?,
             choose: Compute::new(
                 gpu,
                 "map_fit",
                 spirv!("methods/map_fit.comp"),
-                &[Binding::Storage(&bounds), draw[1]],
+                &[Binding::Storage(&bounds), tiles.as_ref().map_or(draw[1], |tiles| Binding::Storage(&tiles.root))],
                 &[],
                 8,
             )?,
-            draws: (0..layers)
+            draws: (0..drawn)
                 .map(|l| Ok([pipeline(l, false)?, pipeline(l, true)?]))
                 .collect::<Result<_, LabError>>()?,
             lookup: compute(
                 "map_lookup",
                 spirv!("methods/map_lookup.comp"),
-                &lookup(&fits, &image, second.as_ref(), &visibility),
+                &[
+                    draw[1],
+                    Binding::Sampled(&image),
+                    Binding::StorageImage(&visibility),
+                    Binding::Sampled(second.as_ref().unwrap_or(&image)),
+                    picked,
+                ],
                 &lookup_constants(&shape, position),
             )?,
             shape,
@@ -266,6 +277,7 @@ impl Map {
             bounds,
             fits,
             slices,
+            tiles,
             image,
             second,
             peels,
@@ -280,15 +292,26 @@ impl Map {
         samples(screen, &self.light, &self.slices)
     }
 
-    /// What drawing reads.
-    pub(super) fn casters<'a>(&'a self, lab: &Lab) -> [Binding<'a>; 5] {
-        casters(lab, &self.light, &self.fits)
+    /// What a map of tiles has beside; `None` for others.
+    pub(super) fn tiles(&self) -> Option<&Tiles> {
+        self.tiles.as_ref()
     }
 
-    /// What a lookup of a parallel light's map reads and its constants.
-    pub(super) fn lookup<'a>(&'a self, screen: &'a Screen) -> (Vec<Binding<'a>>, [u32; 6]) {
-        let own = lookup(&self.fits, &self.image, self.second.as_ref(), &self.visibility);
-        ([&self.samples(screen)[..], &own].concat(), lookup_constants(&self.shape, 0))
+    /// The tile of each pixel; without tiles what shaders do not read.
+    pub(super) fn picked(&self) -> Binding<'_> {
+        Binding::Storage(self.tiles.as_ref().map_or(&self.fits, |tiles| &tiles.picked))
+    }
+
+    /// What drawing reads where there are no tiles.
+    pub(super) fn casters<'a>(&'a self, lab: &Lab) -> [Binding<'a>; 6] {
+        casters(lab, &self.light, &self.fits, Binding::Storage(&self.fits))
+    }
+
+    /// What a lookup of a parallel light's map without a second surface reads beside samples, and its constants.
+    pub(super) fn lookup(&self) -> ([Binding<'_>; 5], [u32; 7]) {
+        let image = Binding::Sampled(&self.image);
+        let own = [Binding::Storage(&self.fits), image, Binding::StorageImage(&self.visibility), image, self.picked()];
+        (own, lookup_constants(&self.shape, 0))
     }
 
     /// Draws and looks up the first surface through a warp from now on.
@@ -306,9 +329,23 @@ impl Map {
         &self.fits
     }
 
+    /// The light's constants.
+    pub(super) fn light(&self) -> &Buffer {
+        &self.light
+    }
+
+    pub(super) fn kind(&self) -> Kind {
+        self.kind
+    }
+
     /// Visibility of the last frame.
     pub(super) fn visibility(&self, lab: &Lab) -> Result<Vec<f32>, LabError> {
         Ok(bytemuck::pod_collect_to_vec(&lab.read_image(&self.visibility, Access::TransferRead, 4)?))
+    }
+
+    /// Readable by transfers outside of [`Self::look_up`].
+    pub(super) fn visibility_image(&self) -> &Image {
+        &self.visibility
     }
 
     pub(super) fn shape(&self) -> &Shape {
@@ -322,80 +359,111 @@ impl Map {
             device.cmd_update_buffer(cmd, self.light.raw, 0, bytemuck::bytes_of(&given.light));
             device.cmd_update_buffer(cmd, self.slices.raw, 0, bytemuck::bytes_of(&given.slices));
             device.cmd_fill_buffer(cmd, self.bounds.raw, 0, vk::WHOLE_SIZE, 0);
+            if let Some(tiles) = &self.tiles {
+                tiles.reset(cmd);
+            }
             if let Some(fits) = &given.fits {
-                device.cmd_update_buffer(cmd, self.fits.raw, 0, bytemuck::cast_slice(fits));
+                let target = self.tiles.as_ref().map_or(&self.fits, |tiles| &tiles.root);
+                device.cmd_update_buffer(cmd, target.raw, 0, bytemuck::cast_slice(fits));
             }
         }
     }
 
-    /// The first surface, then, where it is asked for, the second; both are left for compute shaders.
-    fn draw(&self, lab: &Lab, cmd: vk::CommandBuffer) {
-        use Access::*;
-        let device = &self.gpu.device;
-        sync::discard(device, cmd, &self.image, LookupRead, DepthAttachment);
+    /// The first surface, then, where it is asked for, the second; both are left for lookups.
+    pub(super) fn draw(&self, lab: &Lab, cmd: vk::CommandBuffer) {
+        if let Some(tiles) = &self.tiles {
+            tiles.cull(cmd);
+        }
         match &self.warped {
             Some(Warped { draws: [opaque, masked], fetches, .. }) => {
-                let draws = [(opaque, Some(false)), (masked, Some(true))];
-                draw_into(lab, cmd, &self.image, draws.into_iter(), *fetches);
+                self.draw_into(lab, cmd, &self.image, [[opaque, masked]].into_iter(), *fetches);
             }
             None => self.draw_fitted(lab, cmd, &self.image),
         }
-        sync::image(device, cmd, &self.image, DepthAttachment, LookupRead);
         if let Some(second) = &self.second {
-            sync::discard(device, cmd, second, ComputeRead, DepthAttachment);
-            draw_into(lab, cmd, second, self.peels.iter().map(|pipeline| (pipeline, None)), false);
-            sync::image(device, cmd, second, DepthAttachment, ComputeRead);
+            self.draw_into(lab, cmd, second, self.peels.iter().map(|peel| [peel, peel]), false);
         }
     }
 
-    /// The first surface where the fit has it, into an image of any size that is a depth attachment.
+    /// The first surface where the fit has it, into an image of any size; it is left for lookups.
     pub(super) fn draw_fitted(&self, lab: &Lab, cmd: vk::CommandBuffer, image: &Image) {
-        let draws = self.draws.iter().flat_map(|[a, b]| [(a, Some(false)), (b, Some(true))]);
-        draw_into(lab, cmd, image, draws, false);
+        self.draw_into(lab, cmd, image, self.draws.iter().map(|[opaque, masked]| [opaque, masked]), false);
     }
-}
 
-/// Each pipeline draws the meshes that are, or are not, alpha tested, or all, into a cleared image. `fetches`: see [`Warped`].
-fn draw_into<'a>(
-    lab: &Lab,
-    cmd: vk::CommandBuffer,
-    image: &Image,
-    draws: impl Iterator<Item = (&'a Graphics, Option<bool>)>,
-    fetches: bool,
-) {
-    let device = &lab.gpu().device;
-    let scene = lab.scene_buffers();
-    let attachment = vk::RenderingAttachmentInfo::default()
-        .image_view(image.view)
-        .image_layout(vk::ImageLayout::DEPTH_ATTACHMENT_OPTIMAL)
-        .load_op(vk::AttachmentLoadOp::CLEAR)
-        .store_op(vk::AttachmentStoreOp::STORE)
-        .clear_value(vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } });
-    let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: image.extent };
-    let info = vk::RenderingInfo::default().render_area(area).layer_count(image.layers).depth_attachment(&attachment);
-    // SAFETY: the command buffer is recording; buffers and images outlive the submission
-    unsafe {
-        device.cmd_begin_rendering(cmd, &info);
-        set_area(device, cmd, area);
-        device.cmd_bind_index_buffer(cmd, scene.indices, 0, vk::IndexType::UINT32);
-        device.cmd_bind_vertex_buffers(cmd, 0, &scene.vertices(), &[0, 0]);
-        for (pipeline, alpha_tested) in draws {
+    /// `pipelines`: for each layer, or for all tiles, what draws meshes that are not alpha tested, and those that are.
+    /// `fetches`: see [`Warped`].
+    fn draw_into<'a>(
+        &self,
+        lab: &Lab,
+        cmd: vk::CommandBuffer,
+        image: &Image,
+        pipelines: impl Iterator<Item = [&'a Graphics; 2]>,
+        fetches: bool,
+    ) {
+        use Access::{DepthAttachment, LookupRead};
+        let device = &self.gpu.device;
+        let scene = lab.scene_buffers();
+        let load = if self.tiles.is_some() {
+            sync::image(device, cmd, image, LookupRead, DepthAttachment);
+            vk::AttachmentLoadOp::LOAD
+        } else {
+            sync::discard(device, cmd, image, LookupRead, DepthAttachment);
+            vk::AttachmentLoadOp::CLEAR
+        };
+        let attachment = vk::RenderingAttachmentInfo::default()
+            .image_view(image.view)
+            .image_layout(vk::ImageLayout::DEPTH_ATTACHMENT_OPTIMAL)
+            .load_op(load)
+            .store_op(vk::AttachmentStoreOp::STORE)
+            .clear_value(vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } });
+        let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: image.extent };
+        let info =
+            vk::RenderingInfo::default().render_area(area).layer_count(image.layers).depth_attachment(&attachment);
+        // SAFETY: the command buffer is recording; buffers and images outlive the submission
+        unsafe {
+            device.cmd_begin_rendering(cmd, &info);
+            set_area(device, cmd, area);
+            device.cmd_bind_index_buffer(cmd, scene.indices, 0, vk::IndexType::UINT32);
+            device.cmd_bind_vertex_buffers(cmd, 0, &scene.vertices(), &[0, 0]);
+        }
+        for pair in pipelines {
+            match &self.tiles {
+                Some(tiles) => tiles.draw(cmd, pair),
+                None => self.draw_meshes(lab, cmd, pair, fetches),
+            }
+        }
+        // SAFETY: rendering was begun above
+        unsafe { device.cmd_end_rendering(cmd) };
+        sync::image(device, cmd, image, DepthAttachment, LookupRead);
+    }
+
+    fn draw_meshes(&self, lab: &Lab, cmd: vk::CommandBuffer, pipelines: [&Graphics; 2], fetches: bool) {
+        for (pipeline, alpha_tested) in pipelines.into_iter().zip([false, true]) {
             pipeline.bind(cmd);
-            for (d, _) in lab
-                .draws()
-                .iter()
-                .zip(&lab.scene().meshes)
-                .filter(|(d, m)| m.casts && alpha_tested.is_none_or(|tested| d.alpha_tested == tested))
-            {
-                let (count, first) = (d.index_count, d.first_index);
-                if fetches {
-                    device.cmd_draw(cmd, 2 * count, d.instance_count, 2 * first, d.first_instance);
-                } else {
-                    device.cmd_draw_indexed(cmd, count, d.instance_count, first, 0, d.first_instance);
+            let meshes = lab.draws().iter().zip(&lab.scene().meshes);
+            for (d, _) in meshes.filter(|(d, m)| m.casts && d.alpha_tested == alpha_tested) {
+                // SAFETY: pipeline, set, index and vertex buffers are bound; inside rendering
+                unsafe {
+                    let device = &self.gpu.device;
+                    let (count, first) = (d.index_count, d.first_index);
+                    if fetches {
+                        device.cmd_draw(cmd, 2 * count, d.instance_count, 2 * first, d.first_instance);
+                    } else {
+                        device.cmd_draw_indexed(cmd, count, d.instance_count, first, 0, d.first_instance);
+                    }
                 }
             }
         }
-        device.cmd_end_rendering(cmd);
+    }
+
+    /// Visibility of every pixel from what was drawn last.
+    pub(super) fn look_up(&self, cmd: vk::CommandBuffer, screen: &Screen) {
+        use Access::{StorageImage, TransferRead};
+        let device = &self.gpu.device;
+        sync::discard(device, cmd, &self.visibility, TransferRead, StorageImage);
+        let lookup = self.warped.as_ref().map_or(&self.lookup, |warped| &warped.lookup);
+        lookup.dispatch(cmd, &(), [screen.size[0].div_ceil(8), screen.size[1].div_ceil(8), 1]);
+        sync::image(device, cmd, &self.visibility, StorageImage, TransferRead);
     }
 }
 
@@ -420,6 +488,22 @@ pub(super) fn check_lights(lab: &Lab, maps: &[Map]) -> Result<(), LabError> {
 
 /// Records a frame of all lights; `steps` records what a method has of its own.
 pub(super) fn record(
+    (lab, camera): (&Lab, &Frame),
+    (cmd, timer): (vk::CommandBuffer, &mut Timer),
+    screen: &Screen,
+    maps: &[Map],
+    given: &[Given],
+    steps: impl Fn(Step, vk::CommandBuffer, &mut Timer),
+) {
+    record_fits((lab, camera), (cmd, timer), screen, maps, given, steps);
+    maps.iter().for_each(|map| map.draw(lab, cmd));
+    timer.mark(cmd, "map");
+    maps.iter().for_each(|map| map.look_up(cmd, screen));
+    timer.mark(cmd, "lookup");
+}
+
+/// The part of [`record`] before anything is drawn: what each pixel sees, and the fits.
+pub(super) fn record_fits(
     (lab, camera): (&Lab, &Frame),
     (cmd, timer): (vk::CommandBuffer, &mut Timer),
     screen: &Screen,
@@ -453,7 +537,11 @@ pub(super) fn record(
         fitted().for_each(|map| map.measure.dispatch(cmd, &(), screen.columns()));
         sync::barrier(device, cmd, &[(ComputeWrite, ComputeRead)]);
         fitted().for_each(|map| {
-            map.choose.dispatch(cmd, &[map.shape.side, map.shape.border()].map(|v| v as f32), [map.shape.layers, 1, 1])
+            map.choose.dispatch(
+                cmd,
+                &[map.shape.side, map.shape.border()].map(|v| v as f32),
+                [map.draws.len() as u32, 1, 1],
+            )
         });
         sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite)]);
         steps(Step::Fitted, cmd, timer);
@@ -461,17 +549,6 @@ pub(super) fn record(
         timer.mark(cmd, "fit");
     }
     steps(Step::Warp, cmd, timer);
-    for map in maps {
-        map.draw(lab, cmd);
-    }
-    timer.mark(cmd, "map");
-    for map in maps {
-        sync::discard(device, cmd, &map.visibility, TransferRead, StorageImage);
-        let lookup = map.warped.as_ref().map_or(&map.lookup, |warped| &warped.lookup);
-        lookup.dispatch(cmd, &(), [screen.size[0].div_ceil(8), screen.size[1].div_ceil(8), 1]);
-        sync::image(device, cmd, &map.visibility, StorageImage, TransferRead);
-    }
-    timer.mark(cmd, "lookup");
 }
 
 /// Visibility of the last frame of all lights.
@@ -485,13 +562,23 @@ pub(super) fn memory(screen: &Screen, maps: &[Map]) -> Vec<(&'static str, u64)> 
     vec![
         ("map", sum(|m| m.image.bytes + m.second.as_ref().map_or(0, |second| second.bytes))),
         ("screen", screen.receivers.bytes() + sum(|m| m.visibility.bytes)),
-        ("other", screen.frame.size + sum(|m| m.light.size + m.bounds.size + m.fits.size + m.slices.size)),
+        (
+            "other",
+            screen.frame.size
+                + sum(|m| {
+                    m.light.size
+                        + m.bounds.size
+                        + m.fits.size
+                        + m.slices.size
+                        + m.tiles.as_ref().map_or(0, |tiles| tiles.bytes)
+                }),
+        ),
     ]
 }
 
 /// Statistics of the last frame of all lights.
 pub(super) fn statistics(lab: &Lab, maps: &[Map]) -> Result<Statistics, LabError> {
-    let (mut effective_resolution, mut outside) = (0.0f64, 0);
+    let (mut effective_resolution, mut outside, mut dropped) = (0.0f64, 0, None);
     for (map, light) in maps.iter().zip(&lab.view().lights) {
         let fits: Vec<Fit> = bytemuck::pod_collect_to_vec(&lab.read_buffer(&map.fits)?);
         let texels = fits[..map.shape.layers as usize].iter().map(|f| f64::from(f.texel[0].min(f.texel[1])));
@@ -499,6 +586,11 @@ pub(super) fn statistics(lab: &Lab, maps: &[Map]) -> Result<Statistics, LabError
         effective_resolution = effective_resolution.max(map_light::extent(light, lab.scene_buffers()) / finest);
         let slices: Slices = bytemuck::pod_read_unaligned(&lab.read_buffer(&map.slices)?[..size_of::<Slices>()]);
         outside += u64::from(slices.outside);
+        if let Some(tiles) = &map.tiles {
+            dropped = Some(dropped.unwrap_or(0) + tiles.dropped(lab)?);
+        }
     }
-    Ok(Statistics { effective_resolution, counters: vec![("outside", outside)], ..Statistics::default() })
+    let mut counters = vec![("outside", outside)];
+    counters.extend(dropped.map(|count| ("dropped", count)));
+    Ok(Statistics { effective_resolution, counters, ..Statistics::default() })
 }

@@ -272,7 +272,7 @@ impl Rtw {
         let gpu = lab.gpu();
         let screen = Screen::new(lab)?;
         let Settings { resolution: side, comparison, cells, .. } = settings;
-        let shape = Shape { side, layers: 1, blend: 0.0, comparison };
+        let shape = Shape { side, layers: 1, tiled: false, blend: 0.0, comparison };
         let mut map = Map::new(spec, lab, &screen, &lab.view().lights[0], shape)?;
         let maps = WarpMaps::new(gpu, cells, side, settings.blur)?;
         let own = [Binding::Storage(map.fits()), Binding::Storage(&maps.importance)];
@@ -332,9 +332,7 @@ impl Rtw {
         let device = &lab.gpu().device;
         let push = self.push(lab);
         if let Some(forward) = &self.forward {
-            sync::discard(device, cmd, &forward.depth, ComputeRead, DepthAttachment);
             self.map[0].draw_fitted(lab, cmd, &forward.depth);
-            sync::image(device, cmd, &forward.depth, DepthAttachment, ComputeRead);
         }
         if let Some(backward) = &self.backward {
             let groups = lab.view().size.map(|side| side.div_ceil(8 * self.settings.stride));
@@ -382,11 +380,11 @@ fn warped(lab: &Lab, screen: &Screen, map: &Map, maps: &WarpMaps, settings: &Set
             fragment: (masked || cull != 0).then_some(spirv!("methods/map_masked.frag")),
             constants: &[0, 0, cull, cells, split.unwrap_or(1.0).to_bits()],
         };
-        Graphics::new(gpu, "rtw", &shaders, &casters[..6], &state)
+        Graphics::new(gpu, "rtw", &shaders, &casters[..7], &state)
     };
-    let (samples, constants) = map.lookup(screen);
+    let (own, constants) = map.lookup();
     let constants = [&constants[..], &[cells, side]].concat();
-    let bindings = [&samples[..], &[warp, centres]].concat();
+    let bindings = [&map.samples(screen)[..], &own, &[warp, centres]].concat();
     Ok(Warped {
         draws: [pipeline(false)?, pipeline(true)?],
         fetches: settings.bent == Bent::Exact,
