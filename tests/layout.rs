@@ -8,10 +8,10 @@ use spirv::{assert_layout, check_layout, committed, files, path, read};
 use std::collections::BTreeSet;
 use std::mem::offset_of;
 use umbrage::gpu::structs::{
-    AtlasPush, ChoosePush, Counters, Edge, EdgeRun, Face, Fit, Frame, ItemPush, LightRecord, MapLight, MeshBounds,
-    Node, Page, PreparePush, QvsmPush, Region, RequestPush, RetryPush, SamplingError, ShadeLight, ShadePush, Slices,
-    Slot, TileCounts, Tracked, TreeMeasurePush, TreeRequestPush, TreeState, TrianglePush, WarpMeasure, WarpPush,
-    WarpRecord,
+    AtlasPush, ChoosePush, Counters, Edge, EdgeRun, Face, Fit, Frame, ImportancePush, ItemPush, LightRecord, MapLight,
+    MeshBounds, Node, Page, PreparePush, QvsmPush, Region, RequestPush, RetryPush, SamplingError, ShadeLight,
+    ShadePush, Slices, Slot, TemporalJitter, TemporalPush, TileCounts, Tracked, TreeMeasurePush, TreeRequestPush,
+    TreeState, TrianglePush, WarpMeasure, WarpPush, WarpRecord,
 };
 use umbrage::scene::{Cluster, Instance, Material};
 
@@ -111,6 +111,10 @@ fn map_structs_are_those_of_the_shaders() {
     assert_layout::<WarpMeasure>(&measure, "Push", fields!(WarpMeasure, axis step resolution));
     let push = fields!(WarpPush, axis step resolution border sine parameter always);
     assert_layout::<WarpPush>(&committed("methods/warp_choose.comp"), "Push", push);
+    let jitter = committed("methods/temporal_jitter.comp");
+    assert_layout::<TemporalJitter>(&jitter, "Push", fields!(TemporalJitter, turn shift));
+    let push = fields!(TemporalPush, clip_before eye_moved exponent memory rejection moved side history);
+    assert_layout::<TemporalPush>(&committed("methods/temporal_blend.comp"), "Push", push);
     let error = fields!(SamplingError, s t perspective_s perspective_t part);
     assert_layout::<SamplingError>(&all, "SamplingError", error);
     assert_layout::<Slices>(&all, "Slices", fields!(Slices, extremes outside splits));
@@ -129,6 +133,7 @@ fn tree_structs_are_those_of_the_shaders() {
     let measure = fields!(TreeMeasurePush, round drop threshold start);
     assert_layout::<TreeMeasurePush>(&push("tree_measure"), "Push", measure);
     assert_layout::<TreeRequestPush>(&push("tree_request"), "Push", fields!(TreeRequestPush, texels density));
+    assert_layout::<ImportancePush>(&push("tiled_importance"), "Push", fields!(ImportancePush, near jumps));
     assert_layout::<QvsmPush>(&push("qvsm_compare"), "Push", fields!(QvsmPush, round start));
 }
 

@@ -12,13 +12,15 @@ pub(super) struct Comparison {
     pub(super) bias_texels: f32,
     pub(super) cull: Cull,
     pub(super) filter: Filter,
+    /// Whether the plane's bias shrinks to nothing towards the middle of a texel: for methods that trust lookups there alone.
+    pub(super) centred: bool,
 }
 
 impl Comparison {
     pub(super) fn of(spec: &MethodSpec) -> Result<Self, LabError> {
         let filter = filter(spec)?;
         let (bias, cull) = bias_kind(spec)?;
-        Ok(Self { bias, bias_texels: depth_bias(spec)? * filter.bias(), cull, filter })
+        Ok(Self { bias, bias_texels: depth_bias(spec)? * filter.bias(), cull, filter, centred: false })
     }
 
     /// A method's own keys, then the five.

@@ -61,7 +61,12 @@ fn constants_buffer(gpu: &Arc<Gpu>, name: &str, size: usize) -> Result<Buffer, L
     Ok(Buffer::new(gpu, name, size as u64, usage, Memory::Device)?)
 }
 
-fn screen_image(lab: &Lab, name: &str, format: vk::Format, usage: vk::ImageUsageFlags) -> Result<Image, LabError> {
+pub(super) fn screen_image(
+    lab: &Lab,
+    name: &str,
+    format: vk::Format,
+    usage: vk::ImageUsageFlags,
+) -> Result<Image, LabError> {
     let [width, height] = lab.view().size;
     Ok(Image::new(lab.gpu(), name, &ImageSpec { format, width, height, layers: 0, usage })?)
 }
@@ -161,7 +166,7 @@ impl Map {
         let kind = map_light::kind(light);
         let position = u32::from(kind != Kind::Parallel);
         let gpu = lab.gpu();
-        let Shape { side, layers, tiled, blend, comparison: Comparison { bias, cull, filter, .. } } = shape;
+        let Shape { side, layers, tiled, blend, comparison: Comparison { bias, cull, filter, centred, .. } } = shape;
         let largest = gpu.limits.max_image_dimension2_d.min(gpu.limits.max_framebuffer_width);
         if side > largest {
             return Err(LabError::Refused(format!("'{spec}': resolution is {side}, this device allows {largest}")));
@@ -283,6 +288,7 @@ impl Map {
                     blend.to_bits(),
                     tiled.into(),
                     silhouettes.is_some().into(),
+                    centred.into(),
                 ],
             )?,
             shape,
@@ -320,6 +326,11 @@ impl Map {
     /// The fit of each layer.
     pub(super) fn fits(&self) -> &Buffer {
         &self.fits
+    }
+
+    /// Stored depths of all layers; readable by lookups outside of [`Self::draw`].
+    pub(super) fn image(&self) -> &Image {
+        &self.image
     }
 
     /// The light's constants.

@@ -1,8 +1,10 @@
 //! The methods of the literature behind one trait, on the same scene, camera, timers and reference.
 
+mod changes;
 mod comparison;
 mod csm;
 pub(crate) mod fvsm;
+mod hybrid;
 mod lispsm;
 mod map;
 mod map_fit;
@@ -21,6 +23,8 @@ mod silhouette;
 mod silhouette_edges;
 mod silhouette_map;
 mod spec;
+mod temporal;
+pub(crate) mod tiled;
 mod tiles;
 pub(crate) mod tree;
 mod tsm;
@@ -208,7 +212,10 @@ pub static METHODS: &[MethodInfo] = &[
     psm::INFO,
     fvsm::INFO,
     qvsm::INFO,
+    tiled::INFO,
     silhouette::INFO,
+    temporal::INFO,
+    hybrid::INFO,
     raytraced::INFO,
 ];
 

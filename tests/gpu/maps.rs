@@ -63,6 +63,9 @@ fn directional_maps_match_the_reference() {
             "csm:resolution=1024,bias=midpoint",
             "csm:resolution=4096,fit=frustum,snap=true",
             "csm:resolution=1024,warp=always,blend=0.1",
+            "fvsm:tile=128,tiles=256",
+            "qvsm:tile=256,tiles=64",
+            "tiled:tile=512",
         ] {
             let (visibility, outside) = draw(&lab, spec);
             near_truth(&format!("{name}, {spec}"), &visibility, &reference);
@@ -287,6 +290,10 @@ fn every_sample_lies_in_the_map_of_its_layer() {
                 "tsm:resolution=512,warp=always",
                 "psm:resolution=512,warp=always",
                 "silhouette:resolution=64",
+                "fvsm:tile=64,tiles=40",
+                "fvsm:tile=64,tiles=200,filter=pcf",
+                "tiled:tile=256",
+                "qvsm:tile=64,tiles=5",
             ][..],
         ),
         (point, &["uniform:resolution=256", "uniform:resolution=256,fit=scene", "silhouette:resolution=256"]),
@@ -355,7 +362,12 @@ fn unserved_lights_are_refused() {
         (&cone, "csm", "directional"),
         (&point, "csm", "directional"),
         (&cone, "lispsm", "directional"),
+        (&cone, "fvsm", "directional"),
+        (&point, "qvsm", "directional"),
+        (&point, "tiled", "directional"),
         (&point, "psm", "directional"),
+        (&cone, "temporal", "directional"),
+        (&point, "hybrid", "directional"),
         (&cone, "uniform:fit=frustum", "fit=frustum"),
         (&point, "uniform:fit=frustum", "fit=frustum"),
         (&cone, "silhouette:fit=frustum", "fit=frustum"),
@@ -375,7 +387,18 @@ fn another_kind_of_light_is_refused_later() {
     let at = DVec3::new(0.0, 4.0, 0.0);
     let (scene, view) = scenes::sphere_on_plane([16, 16]);
     let mut lab = Bench::new(scene, view.clone());
-    for spec in ["uniform:resolution=64", "csm:resolution=64", "lispsm:resolution=64", "silhouette:resolution=64"] {
+    for spec in [
+        "uniform:resolution=64",
+        "csm:resolution=64",
+        "lispsm:resolution=64",
+        "temporal:resolution=64",
+        "hybrid:resolution=64",
+        "silhouette:resolution=64",
+        "fvsm:tiles=4",
+        "qvsm:tiles=4",
+        "tiled:tiles=4",
+        "silhouette:resolution=64",
+    ] {
         let mut method = method(&lab, spec).unwrap();
         method.frame(&lab).unwrap();
         let cone = spot(at, -DVec3::Y, 30.0, 10.0);
