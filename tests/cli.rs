@@ -104,7 +104,7 @@ fn ordered(spread: &Value, above_zero: bool) {
 #[test]
 fn usage_errors() {
     let place = Place::new("usage");
-    let cases: [(&str, &[&str]); 47] = [
+    let cases: [(&str, &[&str]); 51] = [
         ("", &["command", "allowed"]),
         ("draw", &["'draw'"]),
         ("render", &["--out"]),
