@@ -33,6 +33,8 @@ mod frozen;
 mod gradient;
 #[path = "gpu/host.rs"]
 mod host;
+#[path = "gpu/hybrid.rs"]
+mod hybrid;
 #[path = "gpu/images.rs"]
 mod images;
 #[path = "gpu/lacking.rs"]
@@ -51,6 +53,8 @@ mod scenes;
 mod silhouette;
 #[path = "gpu/sort.rs"]
 mod sort;
+#[path = "gpu/temporal.rs"]
+mod temporal;
 #[path = "gpu/tree.rs"]
 mod tree;
 #[path = "gpu/validation.rs"]

@@ -10,8 +10,8 @@ use std::mem::offset_of;
 use umbrage::gpu::structs::{
     AtlasPush, ChoosePush, Counters, Edge, EdgeRun, Face, Fit, Frame, ImportancePush, ItemPush, LightRecord, MapLight,
     MeshBounds, Node, Page, PreparePush, QvsmPush, Region, RequestPush, RetryPush, SamplingError, ShadeLight,
-    ShadePush, Slices, Slot, TileCounts, Tracked, TreeMeasurePush, TreeRequestPush, TreeState, TrianglePush,
-    WarpMeasure, WarpPush, WarpRecord,
+    ShadePush, Slices, Slot, TemporalJitter, TemporalPush, TileCounts, Tracked, TreeMeasurePush, TreeRequestPush,
+    TreeState, TrianglePush, WarpMeasure, WarpPush, WarpRecord,
 };
 use umbrage::scene::{Cluster, Instance, Material};
 
@@ -111,6 +111,10 @@ fn map_structs_are_those_of_the_shaders() {
     assert_layout::<WarpMeasure>(&measure, "Push", fields!(WarpMeasure, axis step resolution));
     let push = fields!(WarpPush, axis step resolution border sine parameter always);
     assert_layout::<WarpPush>(&committed("methods/warp_choose.comp"), "Push", push);
+    let jitter = committed("methods/temporal_jitter.comp");
+    assert_layout::<TemporalJitter>(&jitter, "Push", fields!(TemporalJitter, turn shift));
+    let push = fields!(TemporalPush, clip_before eye_moved exponent memory rejection moved side history);
+    assert_layout::<TemporalPush>(&committed("methods/temporal_blend.comp"), "Push", push);
     let error = fields!(SamplingError, s t perspective_s perspective_t part);
     assert_layout::<SamplingError>(&all, "SamplingError", error);
     assert_layout::<Slices>(&all, "Slices", fields!(Slices, extremes outside splits));
@@ -177,6 +181,7 @@ fn no_struct_is_forgotten() {
         "EdgeRun",
         "ShadeLight",
         "SamplingError",
+        "Warp",
         "TileItem",
         "TilePair",
         "Region",

@@ -6,6 +6,7 @@
 #include "methods/fit.glsl"
 #include "methods/sample.glsl"
 #include "methods/bias.glsl"
+#include "methods/confidence.glsl"
 #include "methods/tile.glsl"
 
 // A lookup with receiver-plane bias: the nearest texel, or a kernel around it; 1 where there is no surface or no layer holds the sample.
@@ -14,13 +15,15 @@ layout(constant_id = 2) const uint FILTER = 0u;
 layout(constant_id = 3) const uint TAPS = 4u;
 layout(constant_id = 4) const uint BIAS = 0u;  // BIAS_*
 layout(constant_id = 6) const uint TILES = 0u;  // 1: each sample's layer was picked
+layout(constant_id = 8) const uint CENTRED = 0u;  // 1: the bias shrinks to nothing towards the texel's centre
 layout(std430, binding = 5) readonly buffer Fits { Fit fits[]; };
 layout(binding = 6) uniform sampler2DArray map;
 layout(binding = 7, r32f) writeonly uniform image2D visibility_image;
-layout(binding = 8) uniform sampler2DArray second_map;  // with BIAS_MIDPOINT and BIAS_DUAL
+layout(binding = 8) uniform sampler2DArray second_map;  // with BIAS_MIDPOINT and BIAS_DUAL; with BIAS_IDS numbers of triangles
 layout(std430, binding = 9) readonly buffer Picked { uint picked[]; };  // with TILES
+layout(binding = 10) uniform sampler2D triangle_image;  // numbers of the triangles seen, with BIAS_IDS
 layout(constant_id = 7) const uint SILHOUETTES = 0u;
-layout(binding = 10) uniform sampler2DArray silhouette_map;  // with SILHOUETTES
+layout(binding = 11) uniform sampler2DArray silhouette_map;  // with SILHOUETTES
 
 #include "methods/silhouette_lookup.glsl"
 
@@ -33,6 +36,7 @@ vec4 layer_quad(uint layer, vec2 low) {
 float layer_depth(uint layer, vec2 texel) { return texelFetch(map, ivec3(texel, layer), 0).r; }
 
 #include "shared/kernel.glsl"
+#include "methods/place.glsl"
 
 // The z that was stored as a depth, times what divides it there.
 float z_of(float depth) {
@@ -48,6 +52,7 @@ struct Held {
     float q;      // what divides stored depths
     float size;   // of a texel, world units
     vec2 slope;   // change of z to the next texel, in the receiver's plane
+    float number;  // of the triangle seen; with BIAS_IDS
     Plane plane;  // stored depth over the texels, nearer to the light by the bias; with BIAS_PLANE
 };
 
@@ -55,12 +60,15 @@ struct Held {
 bool lit_by(uint layer, Held held, ivec2 texel) {
     float caster = texelFetch(map, ivec3(texel, layer), 0).r;
     if (BIAS == BIAS_PLANE) {
-        return held.plane.depth + dot(held.plane.slope, vec2(texel) + 0.5 - held.plane.texel) >= caster;
+        return depth_at(held.plane, vec2(texel)) >= caster;
+    }
+    if (BIAS == BIAS_IDS && texelFetch(second_map, ivec3(texel, layer), 0).r == held.number) {
+        return true;
     }
     float nearest = z_of(caster * held.q);
     // rounding
     float stored = nearest + light.rule.y;
-    if (BIAS == BIAS_CONSTANT) {
+    if (BIAS == BIAS_CONSTANT || BIAS == BIAS_IDS) {
         stored += light.rule.x * held.size;
     } else if (BIAS == BIAS_SLOPE) {
         stored += light.rule.x * (0.25 * held.size + 0.5 * (abs(held.slope.x) + abs(held.slope.y)));
@@ -89,37 +97,18 @@ bool lit_by_corners(uint layer, Held held, vec2 at) {
 
 // False where the layer does not hold the sample.
 bool look_up(uint layer, uvec2 pixel, Sample s, out float lit) {
-    uint face = face_of(layer);
-    vec3 ls = light_space(face, s.from_eye);
-    float w = divisor(ls.z);
-    vec3 t = vec3(ls.xy / w, 1.0);
-    Fit fit = fits[layer];
-    float q = dot(fit.row_w.xyz, t);
-    vec2 uv = vec2(dot(fit.row_u.xyz, t), dot(fit.row_v.xyz, t)) / q;
-    if (w <= 0.0 || q <= 0.0 || any(lessThan(uv, vec2(0.0))) || any(greaterThanEqual(uv, vec2(1.0)))) {
+    Place p;
+    if (!place_of(layer, s, p)) {
         return false;
     }
-    vec3 normal = turned(face, s.normal);
-    float side = float(textureSize(map, 0).x);
-    vec2 texel = uv * side;
-    // change of t from a texel to the next, along u and along v
-    mat2 along = inverse(fit_change(fit, uv, side / q));
-    vec2 size = w * vec2(length(along[0]), length(along[1]));
-    // change of z per unit across, in the receiver's plane at constant x / w and y / w
-    float facing = has_position() ? dot(normal, ls) : normal.z;
-    vec2 across = clamp(-normal.xy * w / facing, -200.0, 200.0);
-    vec2 slope = w * vec2(dot(across, along[0]), dot(across, along[1]));
-    float bias = light.rule.x * receiver_bias(max(size.x, size.y), slope) + light.rule.y;
-    // stored depth is affine over the receiver's plane
-    float nearer = has_position() ? max(ls.z - bias, 1e-6 * ls.z) : ls.z - bias;
-    float per_z = has_position() ? -light.depth.y / (ls.z * ls.z) : light.depth.x;
-    float depth = stored_depth(nearer) / q;
-    vec2 change = (slope * per_z - depth * vec2(dot(fit.row_w.xy, along[0]), dot(fit.row_w.xy, along[1]))) / q;
-    Held held = Held(ls.z, q, max(size.x, size.y), slope, Plane(texel, depth, change, 0.0));
+    float share = CENTRED == 1u ? 1.0 - confidence(p.texel) : 1.0;
+    Plane plane = plane_of(p, fits[layer], share * full_bias(p));
+    float number = BIAS == BIAS_IDS ? texelFetch(triangle_image, ivec2(pixel), 0).r : 0.0;
+    Held held = Held(p.ls.z, p.q, max(p.size.x, p.size.y), p.slope, number, plane);
     if (FILTER != FILTER_HARD) {
-        lit = kernel_visibility(held.plane, uvec2(layer, 0u), pixel);
+        lit = kernel_visibility(plane, uvec2(layer, 0u), pixel);
     } else {
-        lit = (SILHOUETTES == 1u ? lit_by_corners(layer, held, texel) : lit_by(layer, held, ivec2(texel))) ? 1.0 : 0.0;
+        lit = (SILHOUETTES == 1u ? lit_by_corners(layer, held, p.texel) : lit_by(layer, held, ivec2(p.texel))) ? 1.0 : 0.0;
     }
     return true;
 }

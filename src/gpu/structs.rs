@@ -414,6 +414,30 @@ pub struct EdgeRun {
     pub count: u32,
 }
 
+/// Push constants of `methods/temporal_jitter.comp`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct TemporalJitter {
+    pub turn: [f32; 2],
+    pub shift: [f32; 2],
+}
+
+/// Push constants of `methods/temporal_blend.comp`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct TemporalPush {
+    pub clip_before: [[f32; 4]; 4],
+    pub eye_moved: [f32; 4],
+    pub exponent: f32,
+    pub memory: f32,
+    pub rejection: f32,
+    pub moved: u32,
+    pub side: u32,
+    pub history: u32,
+}
+
 /// A light that the window shades with; see `glsl/window/palette.glsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]

@@ -1,8 +1,9 @@
 //! What the methods that draw fitted maps share: the layers of one light's map with their passes, and a frame of them.
 
-use super::comparison::Comparison;
+use super::comparison::{BiasKind, Comparison};
 use super::map_fit::{ANGLES, least_area};
 use super::map_light::Kind;
+use super::polygon_ids::PolygonIds;
 use super::silhouette_edges::Edges;
 use super::silhouette_map::SilhouetteMap;
 use super::tiles::Tiles;
@@ -60,7 +61,12 @@ fn constants_buffer(gpu: &Arc<Gpu>, name: &str, size: usize) -> Result<Buffer, L
     Ok(Buffer::new(gpu, name, size as u64, usage, Memory::Device)?)
 }
 
-fn screen_image(lab: &Lab, name: &str, format: vk::Format, usage: vk::ImageUsageFlags) -> Result<Image, LabError> {
+pub(super) fn screen_image(
+    lab: &Lab,
+    name: &str,
+    format: vk::Format,
+    usage: vk::ImageUsageFlags,
+) -> Result<Image, LabError> {
     let [width, height] = lab.view().size;
     Ok(Image::new(lab.gpu(), name, &ImageSpec { format, width, height, layers: 0, usage })?)
 }
@@ -135,6 +141,8 @@ pub(super) struct Map {
     image: Image,
     /// The second surface, where the bias asks for it.
     second: Option<Image>,
+    /// Where the bias asks for them.
+    ids: Option<PolygonIds>,
     silhouettes: Option<SilhouetteMap>,
     visibility: Image,
     measure: Compute,
@@ -158,7 +166,7 @@ impl Map {
         let kind = map_light::kind(light);
         let position = u32::from(kind != Kind::Parallel);
         let gpu = lab.gpu();
-        let Shape { side, layers, tiled, blend, comparison: Comparison { bias, cull, filter, .. } } = shape;
+        let Shape { side, layers, tiled, blend, comparison: Comparison { bias, cull, filter, centred, .. } } = shape;
         let largest = gpu.limits.max_image_dimension2_d.min(gpu.limits.max_framebuffer_width);
         if side > largest {
             return Err(LabError::Refused(format!("'{spec}': resolution is {side}, this device allows {largest}")));
@@ -170,9 +178,9 @@ impl Map {
         use vk::{BufferUsageFlags as B, Format as F, ImageUsageFlags as I};
         // debug pictures copy what has silhouettes
         let usage = I::DEPTH_STENCIL_ATTACHMENT | I::SAMPLED | I::TRANSFER_SRC;
-        let spec = ImageSpec { format: F::D32_SFLOAT, width: side, height: side, layers, usage };
-        let image = Image::new(gpu, "map", &spec)?;
-        let second = bias.peels().then(|| Image::new(gpu, "second map", &spec)).transpose()?;
+        let depths = ImageSpec { format: F::D32_SFLOAT, width: side, height: side, layers, usage };
+        let image = Image::new(gpu, "map", &depths)?;
+        let second = bias.peels().then(|| Image::new(gpu, "second map", &depths)).transpose()?;
         let edges = screen.edges.as_ref();
         let visibility = screen_image(lab, "visibility", F::R32_SFLOAT, I::STORAGE | I::TRANSFER_SRC)?;
         let light = constants_buffer(gpu, "light constants", size_of::<MapLight>())?;
@@ -198,6 +206,9 @@ impl Map {
             Binding::External(scene.materials),
             Binding::External(scene.texels),
         ];
+        let ids = (bias == BiasKind::Ids)
+            .then(|| PolygonIds::new(spec, lab, (&shape, kind), &draw, &screen.frame))
+            .transpose()?;
         // with a side left out every fragment is tested
         let depth_compare = vk::CompareOp::GREATER_OR_EQUAL;
         let state = |tested| GraphicsState { depth_compare, ..GraphicsState::casters(scene.position_layout, tested) };
@@ -263,8 +274,9 @@ impl Map {
                     draw[1],
                     Binding::Sampled(&image),
                     Binding::StorageImage(&visibility),
-                    Binding::Sampled(second.as_ref().unwrap_or(&image)),
+                    Binding::Sampled(second.as_ref().or(ids.as_ref().map(|ids| &ids.map)).unwrap_or(&image)),
                     picked,
+                    Binding::Sampled(ids.as_ref().map_or(&screen.receivers.depth, |ids| &ids.view)),
                     Binding::Sampled(silhouettes.as_ref().map_or(&image, SilhouetteMap::points)),
                 ],
                 &[
@@ -276,6 +288,7 @@ impl Map {
                     blend.to_bits(),
                     tiled.into(),
                     silhouettes.is_some().into(),
+                    centred.into(),
                 ],
             )?,
             shape,
@@ -287,6 +300,7 @@ impl Map {
             tiles,
             image,
             second,
+            ids,
             peels,
             silhouettes,
             visibility,
@@ -314,6 +328,11 @@ impl Map {
         &self.fits
     }
 
+    /// Stored depths of all layers; readable by lookups outside of [`Self::draw`].
+    pub(super) fn image(&self) -> &Image {
+        &self.image
+    }
+
     /// The light's constants.
     pub(super) fn light(&self) -> &Buffer {
         &self.light
@@ -326,11 +345,6 @@ impl Map {
     /// Visibility of the last frame.
     pub(super) fn visibility(&self, lab: &Lab) -> Result<Vec<f32>, LabError> {
         Ok(bytemuck::pod_collect_to_vec(&lab.read_image(&self.visibility, Access::TransferRead, 4)?))
-    }
-
-    /// Depths of all layers; for lookups outside of [`Self::draw`].
-    pub(super) fn image(&self) -> &Image {
-        &self.image
     }
 
     /// What a map that holds silhouettes too has beside; `None` for others.
@@ -386,6 +400,9 @@ impl Map {
     pub(super) fn draw(&self, lab: &Lab, cmd: vk::CommandBuffer) {
         if let Some(tiles) = &self.tiles {
             tiles.cull(cmd);
+        }
+        if let Some(ids) = &self.ids {
+            return ids.draw(lab, cmd, &self.image);
         }
         let first = self.draws.iter().map(|[opaque, masked]| [opaque, masked]);
         self.draw_into(lab, cmd, &self.image, first);
@@ -566,6 +583,7 @@ pub(super) fn memory(screen: &Screen, maps: &[Map]) -> Vec<(&'static str, u64)> 
                         + m.fits.size
                         + m.slices.size
                         + m.tiles.as_ref().map_or(0, |tiles| tiles.bytes)
+                        + m.ids.as_ref().map_or(0, PolygonIds::bytes)
                 }),
         ),
     ];

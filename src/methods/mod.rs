@@ -1,13 +1,16 @@
 //! The methods of the literature behind one trait, on the same scene, camera, timers and reference.
 
+mod changes;
 mod comparison;
 mod csm;
 pub(crate) mod fvsm;
+mod hybrid;
 mod lispsm;
 mod map;
 mod map_fit;
 mod map_light;
 mod map_sampling;
+mod polygon_ids;
 mod psm;
 pub(crate) mod qvsm;
 mod raytraced;
@@ -20,12 +23,14 @@ mod silhouette;
 mod silhouette_edges;
 mod silhouette_map;
 mod spec;
+mod temporal;
 pub(crate) mod tiled;
 mod tiles;
 pub(crate) mod tree;
 mod tsm;
 mod uniform;
 mod warp;
+mod warp_passes;
 
 pub use crate::gpu::structs::SamplingError;
 pub use sampling::Sampling;
@@ -209,6 +214,8 @@ pub static METHODS: &[MethodInfo] = &[
     qvsm::INFO,
     tiled::INFO,
     silhouette::INFO,
+    temporal::INFO,
+    hybrid::INFO,
     raytraced::INFO,
 ];
 

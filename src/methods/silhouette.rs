@@ -10,13 +10,13 @@ use super::{Method, MethodInfo, MethodSpec, Parameter};
 use crate::gpu::structs::{Fit, MapLight};
 use crate::lab::{Lab, LabError};
 
-const RESOLUTION: u32 = 1024;
+const SIDE: u32 = 1024;
 
 const PARAMETERS: [Parameter; 5] = Comparison::hard_keys(&[
     Parameter {
         default: "1024",
         meaning: "side of both maps in texels; a cube's maps share the same number of texels",
-        ..uniform::SIDE
+        ..uniform::RESOLUTION
     },
     uniform::FIT,
 ]);
@@ -26,12 +26,12 @@ pub(super) const INFO: MethodInfo = MethodInfo {
     source: "Sen, Cammarano, Hanrahan 2003; Eisemann et al. 2011, 4.6.2",
     summary: "A fitted map beside one that holds points of the casters' silhouettes, which are found on the GPU in every frame",
     parameters: &PARAMETERS,
-    check: |spec| uniform::settings(spec, RESOLUTION).map(|_| ()),
+    check: |spec| uniform::settings(spec, SIDE).map(|_| ()),
     create: |spec, lab| Ok(Box::new(make(spec, lab)?)),
 };
 
 fn make(spec: &MethodSpec, lab: &Lab) -> Result<Uniform, LabError> {
-    Uniform::new(spec, lab, uniform::settings(spec, RESOLUTION)?, Screen::with_edges(lab)?)
+    Uniform::new(spec, lab, uniform::settings(spec, SIDE)?, Screen::with_edges(lab)?)
 }
 
 /// The method with what it found for the view's first light, for tests.

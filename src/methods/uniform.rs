@@ -16,9 +16,10 @@ use crate::lab::{Lab, LabError};
 use bytemuck::Zeroable;
 use glam::{DVec2, DVec3};
 
-const RESOLUTION: u32 = 4096;
+pub(super) const SIDE: u32 = 4096;
 
-pub(super) const SIDE: Parameter = Parameter {
+/// The keys of the map itself, for methods that start from it.
+pub(super) const RESOLUTION: Parameter = Parameter {
     key: "resolution",
     default: "4096",
     allowed: "64 to 16384",
@@ -31,15 +32,15 @@ pub(super) const FIT: Parameter = Parameter {
     meaning: "what the map is fitted to; for spot and point lights scene is the whole cone or cube, and frustum is refused",
 };
 
-const PARAMETERS: [Parameter; 7] = Comparison::keys(&[SIDE, FIT]);
+const PARAMETERS: [Parameter; 7] = Comparison::keys(&[RESOLUTION, FIT]);
 
 pub(super) const INFO: MethodInfo = MethodInfo {
     name: "uniform",
     source: "Williams 1978; Eisemann et al. 2011, 2.2 and 4.1",
     summary: "One conventional map, fitted on the GPU to the visible samples that face the light, turned to least area",
     parameters: &PARAMETERS,
-    check: |spec| settings(spec, RESOLUTION).map(|_| ()),
-    create: |spec, lab| Ok(Box::new(Uniform::new(spec, lab, settings(spec, RESOLUTION)?, Screen::new(lab)?)?)),
+    check: |spec| settings(spec, SIDE).map(|_| ()),
+    create: |spec, lab| Ok(Box::new(Uniform::new(spec, lab, settings(spec, SIDE)?, Screen::new(lab)?)?)),
 };
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -52,13 +53,13 @@ enum FitTo {
 pub(super) struct Settings {
     resolution: u32,
     fit: FitTo,
-    comparison: Comparison,
+    pub(super) comparison: Comparison,
 }
 
-/// What the keys say; `resolution`: the default.
-pub(super) fn settings(spec: &MethodSpec, resolution: u32) -> Result<Settings, LabError> {
+/// What the keys of the map say, whatever method they are typed after; `side`: the default.
+pub(super) fn settings(spec: &MethodSpec, side: u32) -> Result<Settings, LabError> {
     Ok(Settings {
-        resolution: spec.u32_in(SIDE.key, resolution, 64..=16384)?,
+        resolution: spec.u32_in(RESOLUTION.key, side, 64..=16384)?,
         fit: match spec.one_of(FIT.key, FIT.default, &["scene", "frustum", "samples"])? {
             "scene" => FitTo::Scene,
             "frustum" => FitTo::Frustum,
@@ -68,12 +69,13 @@ pub(super) fn settings(spec: &MethodSpec, resolution: u32) -> Result<Settings, L
     })
 }
 
+/// The method, and what others start from.
 pub(super) struct Uniform {
     name: String,
     settings: Settings,
-    screen: Screen,
+    pub(super) screen: Screen,
     /// One for each light.
-    maps: Vec<Map>,
+    pub(super) maps: Vec<Map>,
 }
 
 impl Uniform {
@@ -126,8 +128,9 @@ impl Uniform {
     }
 }
 
-impl Method for Uniform {
-    fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError> {
+impl Uniform {
+    /// What the CPU gives for a frame of each light.
+    pub(super) fn given(&self, lab: &Lab) -> Result<Vec<Given>, LabError> {
         map::check_lights(lab, &self.maps)?;
         let given = |(light, map): (&Light, &Map)| {
             let fits = match self.settings.fit {
@@ -140,7 +143,13 @@ impl Method for Uniform {
                 slices: Slices::zeroed(),
             })
         };
-        let given = lab.view().lights.iter().zip(&self.maps).map(given).collect::<Result<Vec<_>, LabError>>()?;
+        lab.view().lights.iter().zip(&self.maps).map(given).collect()
+    }
+}
+
+impl Method for Uniform {
+    fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError> {
+        let given = self.given(lab)?;
         let camera = lab.camera_constants()?;
         lab.frame(|cmd, timer| map::record((lab, &camera), (cmd, timer), &self.screen, &self.maps, &given, |_, _| ()))
     }
