@@ -17,9 +17,9 @@ shared uint group_bounds[4u * ANGLES];
 shared uint group_layers;  // bit i: the workgroup has samples of layer i
 
 // Row r of the thread's column: false where there is no surface.
-bool sample_of_row(uint r, out uvec2 pixel, out Sample s) {
+bool sample_of_row(uint r, out uvec2 pixel, out float depth, out Sample s) {
     pixel = uvec2(gl_GlobalInvocationID.x, gl_WorkGroupID.y * ROWS + r);
-    float depth = all(lessThan(pixel, frame.size.xy)) ? texelFetch(depth_image, ivec2(pixel), 0).r : 0.0;
+    depth = all(lessThan(pixel, frame.size.xy)) ? texelFetch(depth_image, ivec2(pixel), 0).r : 0.0;
     s = sample_at(pixel, depth);
     return depth > 0.0;
 }
@@ -35,18 +35,21 @@ void measure(uint layer) {
     bool any_sample = false;
     for (uint r = 0u; r < ROWS; r++) {
         uvec2 pixel;
+        float depth;
         Sample s;
-        if (!sample_of_row(r, pixel, s) || !(s.layer == layer || s.next > 0.0 && s.layer + 1u == layer) || !shone_on(pixel, s)) {
+        if (!sample_of_row(r, pixel, depth, s) || !(s.layer == layer || s.next > 0.0 && s.layer + 1u == layer) || !shone_on(pixel, s)) {
             continue;
         }
         any_sample = true;
-        vec3 ls = light_space(face_of(layer), s.from_eye);
-        vec2 t = ls.xy / divisor(ls.z);
-        for (uint a = 0u; a < ANGLES; a++) {
-            float angle = float(a) * (1.57079632679 / float(ANGLES));
-            vec2 uv = vec2(cos(angle) * t.x + sin(angle) * t.y, cos(angle) * t.y - sin(angle) * t.x);
-            high[a] = max(high[a], uv);
-            low[a] = max(low[a], -uv);
+        for (uint i = 0u; i < SAMPLES; i++) {
+            vec3 ls = light_space(face_of(layer), ray_start(sample_point(i, pixel, depth, s), s));
+            vec2 t = ls.xy / divisor(ls.z);
+            for (uint a = 0u; a < ANGLES; a++) {
+                float angle = float(a) * (1.57079632679 / float(ANGLES));
+                vec2 uv = vec2(cos(angle) * t.x + sin(angle) * t.y, cos(angle) * t.y - sin(angle) * t.x);
+                high[a] = max(high[a], uv);
+                low[a] = max(low[a], -uv);
+            }
         }
     }
     if (any_sample) {
@@ -69,8 +72,9 @@ void main() {
         uint met = 0u;
         for (uint r = 0u; r < ROWS; r++) {
             uvec2 pixel;
+            float depth;
             Sample s;
-            if (sample_of_row(r, pixel, s)) {
+            if (sample_of_row(r, pixel, depth, s)) {
                 met |= (s.next > 0.0 ? 3u : 1u) << s.layer;
             }
         }

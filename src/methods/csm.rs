@@ -104,7 +104,7 @@ impl Csm {
             comparison: settings.comparison,
         };
         let map = Map::new(spec, lab, &screen, &lab.view().lights[0], shape)?;
-        let (frame, slices) = (Binding::Uniform(&screen.frame), Binding::Storage(&map.slices));
+        let (frame, slices) = (Binding::Uniform(&screen.frame), Binding::Storage(map.slices()));
         let depth = Binding::Sampled(&screen.receivers.depth);
         let (extremes, splits) = (spirv!("methods/csm_extremes.comp"), spirv!("methods/csm_splits.comp"));
         Ok(Self {

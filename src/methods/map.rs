@@ -4,6 +4,8 @@ use super::comparison::Comparison;
 use super::map_fit::{ANGLES, least_area};
 use super::map_light::Kind;
 use super::{Masks, MethodSpec, Statistics, map_light};
+use crate::config::BEND;
+use crate::engine::depth_prepass::MeshDraw;
 use crate::engine::gradient::{Gradient, Receivers};
 use crate::gpu::structs::{Fit, Frame, MapLight, Slices};
 use crate::gpu::sync::{self, Access};
@@ -44,7 +46,12 @@ fn constants_buffer(gpu: &Arc<Gpu>, name: &str, size: usize) -> Result<Buffer, L
     Ok(Buffer::new(gpu, name, size as u64, usage, Memory::Device)?)
 }
 
-fn screen_image(lab: &Lab, name: &str, format: vk::Format, usage: vk::ImageUsageFlags) -> Result<Image, LabError> {
+pub(super) fn screen_image(
+    lab: &Lab,
+    name: &str,
+    format: vk::Format,
+    usage: vk::ImageUsageFlags,
+) -> Result<Image, LabError> {
     let [width, height] = lab.view().size;
     Ok(Image::new(lab.gpu(), name, &ImageSpec { format, width, height, layers: 0, usage })?)
 }
@@ -90,7 +97,7 @@ pub(super) struct Given {
     pub(super) slices: Slices,
 }
 
-fn samples<'a>(screen: &'a Screen, light: &'a Buffer, slices: &'a Buffer) -> [Binding<'a>; 5] {
+fn samples_of<'a>(screen: &'a Screen, light: &'a Buffer, slices: &'a Buffer) -> [Binding<'a>; 5] {
     [
         Binding::Uniform(&screen.frame),
         Binding::Sampled(&screen.receivers.depth),
@@ -100,20 +107,111 @@ fn samples<'a>(screen: &'a Screen, light: &'a Buffer, slices: &'a Buffer) -> [Bi
     ]
 }
 
-/// The map of one light and its visibility.
-pub(super) struct Map {
-    shape: Shape,
+/// What one light's layers are fitted to the visible samples by.
+pub(super) struct Fitted {
+    side: u32,
+    layers: u32,
+    /// Texels around the samples that a layer holds too.
+    border: u32,
     kind: Kind,
     light: Buffer,
     bounds: Buffer,
-    fits: Buffer,
-    pub(super) slices: Buffer,
+    pub(super) fits: Buffer,
+    slices: Buffer,
+    measure: Compute,
+    choose: Compute,
+}
+
+impl Fitted {
+    /// `blend`: as [`Shape::blend`]; `samples`: of a pixel, where more than its middle is held.
+    pub(super) fn new(
+        lab: &Lab,
+        screen: &Screen,
+        kind: Kind,
+        [side, layers, border]: [u32; 3],
+        blend: f32,
+        samples: u32,
+    ) -> Result<Self, LabError> {
+        let gpu = lab.gpu();
+        let light = constants_buffer(gpu, "light constants", size_of::<MapLight>())?;
+        let storage = |name, each: usize, count: u32| {
+            Buffer::storage(gpu, name, each as u64 * u64::from(count), vk::BufferUsageFlags::empty())
+        };
+        let bounds = storage("sample bounds", 4 * 4, ANGLES * layers)?;
+        let fits = storage("fits", size_of::<Fit>(), layers)?;
+        let slices = storage("slices", size_of::<Slices>(), 1)?;
+        let position = u32::from(kind != Kind::Parallel);
+        let measured = [&samples_of(screen, &light, &slices)[..], &[Binding::Storage(&bounds)]].concat();
+        let constants = [layers, position, 0, 0, 0, blend.to_bits(), samples, BEND.to_bits()];
+        let chosen = [Binding::Storage(&bounds), Binding::Storage(&fits)];
+        Ok(Self {
+            measure: Compute::new(gpu, "map_bounds", spirv!("methods/map_bounds.comp"), &measured, &constants, 0)?,
+            choose: Compute::new(gpu, "map_fit", spirv!("methods/map_fit.comp"), &chosen, &[], 8)?,
+            side,
+            layers,
+            border,
+            kind,
+            light,
+            bounds,
+            fits,
+            slices,
+        })
+    }
+
+    /// What passes over the image read: `glsl/methods/sample.glsl`.
+    pub(super) fn samples<'a>(&'a self, screen: &'a Screen) -> [Binding<'a>; 5] {
+        samples_of(screen, &self.light, &self.slices)
+    }
+
+    /// Whether the light has a place, as a constant of shaders.
+    pub(super) fn position(&self) -> u32 {
+        u32::from(self.kind != Kind::Parallel)
+    }
+
+    fn write(&self, device: &ash::Device, cmd: vk::CommandBuffer, given: &Given) {
+        // SAFETY: the command buffer is recording; the data is smaller than 64 KiB
+        unsafe {
+            device.cmd_update_buffer(cmd, self.light.raw, 0, bytemuck::bytes_of(&given.light));
+            device.cmd_update_buffer(cmd, self.slices.raw, 0, bytemuck::bytes_of(&given.slices));
+            device.cmd_fill_buffer(cmd, self.bounds.raw, 0, vk::WHOLE_SIZE, 0);
+            if let Some(fits) = &given.fits {
+                device.cmd_update_buffer(cmd, self.fits.raw, 0, bytemuck::cast_slice(fits));
+            }
+        }
+    }
+
+    /// Device memory in bytes.
+    pub(super) fn bytes(&self) -> u64 {
+        self.light.size + self.bounds.size + self.fits.size + self.slices.size
+    }
+
+    /// Samples of the last frame that lay outside their layer.
+    pub(super) fn outside(&self, lab: &Lab) -> Result<u64, LabError> {
+        let slices: Slices = bytemuck::pod_read_unaligned(&lab.read_buffer(&self.slices)?[..size_of::<Slices>()]);
+        Ok(slices.outside.into())
+    }
+}
+
+impl AsRef<Fitted> for Fitted {
+    fn as_ref(&self) -> &Fitted {
+        self
+    }
+}
+
+impl AsRef<Fitted> for Map {
+    fn as_ref(&self) -> &Fitted {
+        &self.fitted
+    }
+}
+
+/// The map of one light and its visibility.
+pub(super) struct Map {
+    shape: Shape,
+    fitted: Fitted,
     image: Image,
     /// The second surface, where the bias asks for it.
     second: Option<Image>,
     visibility: Image,
-    measure: Compute,
-    choose: Compute,
     /// Without and with alpha test, for each layer.
     draws: Vec<[Graphics; 2]>,
     /// What draws the second surface, for each layer.
@@ -138,23 +236,18 @@ impl Map {
         if side > largest {
             return Err(LabError::Refused(format!("'{spec}': resolution is {side}, this device allows {largest}")));
         }
-        use vk::{BufferUsageFlags as B, Format as F, ImageUsageFlags as I};
+        use vk::{Format as F, ImageUsageFlags as I};
         let usage = I::DEPTH_STENCIL_ATTACHMENT | I::SAMPLED;
         let spec = ImageSpec { format: F::D32_SFLOAT, width: side, height: side, layers, usage };
         let image = Image::new(gpu, "map", &spec)?;
         let second = bias.peels().then(|| Image::new(gpu, "second map", &spec)).transpose()?;
         let visibility = screen_image(lab, "visibility", F::R32_SFLOAT, I::STORAGE | I::TRANSFER_SRC)?;
-        let light = constants_buffer(gpu, "light constants", size_of::<MapLight>())?;
-        let storage =
-            |name, each: usize, count: u32| Buffer::storage(gpu, name, each as u64 * u64::from(count), B::empty());
-        let bounds = storage("sample bounds", 4 * 4, ANGLES * layers)?;
-        let fits = storage("fits", size_of::<Fit>(), layers)?;
-        let slices = storage("slices", size_of::<Slices>(), 1)?;
+        let fitted = Fitted::new(lab, screen, kind, [side, layers, shape.border()], blend, 1)?;
         let scene = lab.scene_buffers();
-        let samples = samples(screen, &light, &slices);
+        let samples = fitted.samples(screen);
         let draw = [
             samples[3],
-            Binding::Storage(&fits),
+            Binding::Storage(&fitted.fits),
             Binding::External(scene.instances),
             Binding::External(scene.materials),
             Binding::External(scene.texels),
@@ -184,20 +277,6 @@ impl Map {
             Compute::new(gpu, name, spirv, &[&samples[..], own].concat(), constants, 0)
         };
         Ok(Self {
-            measure: compute(
-                "map_bounds",
-                spirv!("methods/map_bounds.comp"),
-                &[Binding::Storage(&bounds)],
-                &[layers, position, 0, 0, 0, blend.to_bits()],
-            )?,
-            choose: Compute::new(
-                gpu,
-                "map_fit",
-                spirv!("methods/map_fit.comp"),
-                &[Binding::Storage(&bounds), draw[1]],
-                &[],
-                8,
-            )?,
             draws: (0..layers)
                 .map(|l| Ok([pipeline(l, false)?, pipeline(l, true)?]))
                 .collect::<Result<_, LabError>>()?,
@@ -213,11 +292,7 @@ impl Map {
                 &[layers, position, kind_of_filter, taps, bias as u32, blend.to_bits()],
             )?,
             shape,
-            kind,
-            light,
-            bounds,
-            fits,
-            slices,
+            fitted,
             image,
             second,
             peels,
@@ -228,12 +303,16 @@ impl Map {
 
     /// What passes over the image read: `glsl/methods/sample.glsl`.
     pub(super) fn samples<'a>(&'a self, screen: &'a Screen) -> [Binding<'a>; 5] {
-        samples(screen, &self.light, &self.slices)
+        self.fitted.samples(screen)
     }
 
     /// The fit of each layer.
     pub(super) fn fits(&self) -> &Buffer {
-        &self.fits
+        &self.fitted.fits
+    }
+
+    pub(super) fn slices(&self) -> &Buffer {
+        &self.fitted.slices
     }
 
     /// Visibility of the last frame.
@@ -243,19 +322,6 @@ impl Map {
 
     pub(super) fn shape(&self) -> &Shape {
         &self.shape
-    }
-
-    fn write(&self, cmd: vk::CommandBuffer, given: &Given) {
-        let device = &self.gpu.device;
-        // SAFETY: the command buffer is recording; the data is smaller than 64 KiB
-        unsafe {
-            device.cmd_update_buffer(cmd, self.light.raw, 0, bytemuck::bytes_of(&given.light));
-            device.cmd_update_buffer(cmd, self.slices.raw, 0, bytemuck::bytes_of(&given.slices));
-            device.cmd_fill_buffer(cmd, self.bounds.raw, 0, vk::WHOLE_SIZE, 0);
-            if let Some(fits) = &given.fits {
-                device.cmd_update_buffer(cmd, self.fits.raw, 0, bytemuck::cast_slice(fits));
-            }
-        }
     }
 
     /// The first surface, then, where it is asked for, the second; both are left for compute shaders.
@@ -300,12 +366,7 @@ impl Map {
             device.cmd_bind_vertex_buffers(cmd, 0, &scene.vertices(), &[0, 0]);
             for (pipeline, alpha_tested) in draws {
                 pipeline.bind(cmd);
-                for (d, _) in lab
-                    .draws()
-                    .iter()
-                    .zip(&lab.scene().meshes)
-                    .filter(|(d, m)| m.casts && alpha_tested.is_none_or(|tested| d.alpha_tested == tested))
-                {
+                for d in casters(lab, alpha_tested) {
                     device.cmd_draw_indexed(cmd, d.index_count, d.instance_count, d.first_index, 0, d.first_instance);
                 }
             }
@@ -314,8 +375,17 @@ impl Map {
     }
 }
 
+/// Draws of the casters that are, or are not, alpha tested, or of all.
+pub(super) fn casters(lab: &Lab, alpha_tested: Option<bool>) -> impl Iterator<Item = &MeshDraw> {
+    lab.draws()
+        .iter()
+        .zip(&lab.scene().meshes)
+        .filter(move |(d, m)| m.casts && alpha_tested.is_none_or(|tested| d.alpha_tested == tested))
+        .map(|(d, _)| d)
+}
+
 /// Fails where the view's lights are others in number or kind than the maps were made for.
-pub(super) fn check_lights(lab: &Lab, maps: &[Map]) -> Result<(), LabError> {
+pub(super) fn check_lights<T: AsRef<Fitted>>(lab: &Lab, maps: &[T]) -> Result<(), LabError> {
     let lights = &lab.view().lights;
     if lights.len() != maps.len() {
         return Err(LabError::Refused(format!(
@@ -325,26 +395,27 @@ pub(super) fn check_lights(lab: &Lab, maps: &[Map]) -> Result<(), LabError> {
         )));
     }
     for (light, map) in lights.iter().zip(maps) {
-        let kind = map_light::kind(light);
-        if kind != map.kind {
-            return Err(LabError::Refused(format!("the light is {kind}, the method was made for {}", map.kind)));
+        let (kind, made) = (map_light::kind(light), map.as_ref().kind);
+        if kind != made {
+            return Err(LabError::Refused(format!("the light is {kind}, the method was made for {made}")));
         }
     }
     Ok(())
 }
 
-/// Records a frame of all lights; `steps` records what a method has of its own.
-pub(super) fn record(
+/// Records what comes before the maps of all lights are drawn; `steps` as in [`record`].
+pub(super) fn record_fits<T: AsRef<Fitted>>(
     (lab, camera): (&Lab, &Frame),
     (cmd, timer): (vk::CommandBuffer, &mut Timer),
     screen: &Screen,
-    maps: &[Map],
+    maps: &[T],
     given: &[Given],
     steps: impl Fn(Step, vk::CommandBuffer),
 ) {
     use Access::*;
     let device = &lab.gpu().device;
-    let fitted = || maps.iter().zip(given).filter(|(_, given)| given.fits.is_none()).map(|(map, _)| map);
+    let all = || maps.iter().map(AsRef::as_ref).zip(given);
+    let fitted = || all().filter(|(_, given)| given.fits.is_none()).map(|(map, _)| map);
     sync::barrier(
         device,
         cmd,
@@ -352,7 +423,7 @@ pub(super) fn record(
     );
     // SAFETY: the command buffer is recording; the data is smaller than 64 KiB
     unsafe { device.cmd_update_buffer(cmd, screen.frame.raw, 0, bytemuck::bytes_of(camera)) };
-    maps.iter().zip(given).for_each(|(map, given)| map.write(cmd, given));
+    all().for_each(|(map, given)| map.write(device, cmd, given));
     steps(Step::Reset, cmd);
     sync::barrier(
         device,
@@ -367,14 +438,27 @@ pub(super) fn record(
         steps(Step::Slice, cmd);
         fitted().for_each(|map| map.measure.dispatch(cmd, &(), screen.columns()));
         sync::barrier(device, cmd, &[(ComputeWrite, ComputeRead)]);
-        fitted().for_each(|map| {
-            map.choose.dispatch(cmd, &[map.shape.side, map.shape.border()].map(|v| v as f32), [map.shape.layers, 1, 1])
-        });
+        fitted()
+            .for_each(|map| map.choose.dispatch(cmd, &[map.side, map.border].map(|v| v as f32), [map.layers, 1, 1]));
         sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite)]);
         steps(Step::Fitted, cmd);
         sync::barrier(device, cmd, &[(ComputeWrite, ComputeRead), (ComputeWrite, GraphicsRead)]);
         timer.mark(cmd, "fit");
     }
+}
+
+/// Records a frame of all lights; `steps` records what a method has of its own.
+pub(super) fn record(
+    (lab, camera): (&Lab, &Frame),
+    (cmd, timer): (vk::CommandBuffer, &mut Timer),
+    screen: &Screen,
+    maps: &[Map],
+    given: &[Given],
+    steps: impl Fn(Step, vk::CommandBuffer),
+) {
+    use Access::*;
+    let device = &lab.gpu().device;
+    record_fits((lab, camera), (cmd, timer), screen, maps, given, steps);
     for map in maps {
         map.draw(lab, cmd);
     }
@@ -398,7 +482,7 @@ pub(super) fn memory(screen: &Screen, maps: &[Map]) -> Vec<(&'static str, u64)> 
     vec![
         ("map", sum(|m| m.image.bytes + m.second.as_ref().map_or(0, |second| second.bytes))),
         ("screen", screen.receivers.bytes() + sum(|m| m.visibility.bytes)),
-        ("other", screen.frame.size + sum(|m| m.light.size + m.bounds.size + m.fits.size + m.slices.size)),
+        ("other", screen.frame.size + sum(|m| m.fitted.bytes())),
     ]
 }
 
@@ -406,12 +490,11 @@ pub(super) fn memory(screen: &Screen, maps: &[Map]) -> Vec<(&'static str, u64)> 
 pub(super) fn statistics(lab: &Lab, maps: &[Map]) -> Result<Statistics, LabError> {
     let (mut effective_resolution, mut outside) = (0.0f64, 0);
     for (map, light) in maps.iter().zip(&lab.view().lights) {
-        let fits: Vec<Fit> = bytemuck::pod_collect_to_vec(&lab.read_buffer(&map.fits)?);
+        let fits: Vec<Fit> = bytemuck::pod_collect_to_vec(&lab.read_buffer(map.fits())?);
         let texels = fits[..map.shape.layers as usize].iter().map(|f| f64::from(f.texel[0].min(f.texel[1])));
         let finest = texels.filter(|t| *t > 0.0).fold(f64::INFINITY, f64::min);
         effective_resolution = effective_resolution.max(map_light::extent(light, lab.scene_buffers()) / finest);
-        let slices: Slices = bytemuck::pod_read_unaligned(&lab.read_buffer(&map.slices)?[..size_of::<Slices>()]);
-        outside += u64::from(slices.outside);
+        outside += map.fitted.outside(lab)?;
     }
     Ok(Statistics { effective_resolution, counters: vec![("outside", outside)], ..Statistics::default() })
 }

@@ -2,6 +2,7 @@
 
 mod comparison;
 mod csm;
+mod izb;
 mod lispsm;
 mod map;
 mod map_fit;
@@ -173,7 +174,7 @@ pub trait Method {
 
 /// All methods; the first is the default.
 pub static METHODS: &[MethodInfo] =
-    &[rmsm::INFO, uniform::INFO, csm::INFO, lispsm::INFO, tsm::INFO, psm::INFO, raytraced::INFO];
+    &[rmsm::INFO, uniform::INFO, csm::INFO, lispsm::INFO, tsm::INFO, psm::INFO, izb::INFO, raytraced::INFO];
 
 fn info(spec: &MethodSpec) -> Result<&'static MethodInfo, LabError> {
     METHODS.iter().find(|method| method.name == spec.name).ok_or_else(|| {
