@@ -35,6 +35,8 @@ mod gradient;
 mod host;
 #[path = "gpu/images.rs"]
 mod images;
+#[path = "gpu/izb.rs"]
+mod izb;
 #[path = "gpu/lacking.rs"]
 mod lacking;
 #[path = "gpu/lights.rs"]

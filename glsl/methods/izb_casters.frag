@@ -7,6 +7,8 @@
 #include "methods/izb_casters.glsl"
 #define IZB_BINDING 9
 #include "methods/izb.glsl"
+layout(constant_id = 8) const bool OWN = false;  // whether `owners` are there
+layout(binding = 12) uniform usampler2D owners;  // see izb_owner.glsl
 
 // Tests each sample of a texel against a caster, exactly. The order of casters and of samples changes nothing.
 layout(location = 0) flat in vec3 corner_a;
@@ -45,6 +47,12 @@ void main() {
         next = s.w;
         vec3 weights;
         bool met = met_at(uintBitsToFloat(s.xyz), weights);
+        if (met && OWN) {
+            // what a sample lies on does not shadow it
+            uint pixel = number / SAMPLES;
+            uvec2 owner = texelFetch(owners, ivec2(pixel % frame.size.x, pixel / frame.size.x), 0).xy;
+            met = owner != uvec2(instance_index, triangle + 1u);
+        }
         if (met && ALPHA) {
             uvec3 vertices = uvec3(indices[3u * triangle], indices[3u * triangle + 1u], indices[3u * triangle + 2u]);
             met = solid(instance_index, Met(triangle, vertices, weights));

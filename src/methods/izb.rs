@@ -7,6 +7,7 @@ use super::{DebugPicture, FrameTimes, Masks, Method, MethodInfo, MethodSpec, Par
 use crate::Light;
 use crate::config::BEND;
 use crate::engine::constants::ray_start;
+use crate::engine::depth_prepass::MeshDraw;
 use crate::engine::exact::hit_bindings;
 use crate::gpu::structs::Slices;
 use crate::gpu::sync::{self, Access};
@@ -29,6 +30,12 @@ const PARAMETERS: &[Parameter] = &[
         allowed: "1, 4, 8 or 16",
         meaning: "samples a pixel: visibility is the share of them that the light reaches",
     },
+    Parameter {
+        key: "own",
+        default: "id",
+        allowed: "id or offset",
+        meaning: "what keeps triangles from shadowing their own samples: their numbers, which takes another camera pass, or the start of rays off the surface alone",
+    },
 ];
 
 pub(super) const INFO: MethodInfo = MethodInfo {
@@ -44,13 +51,86 @@ pub(super) const INFO: MethodInfo = MethodInfo {
 struct Settings {
     resolution: u32,
     samples: u32,
+    /// Whether the triangle under each pixel is found.
+    own: bool,
 }
 
 fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
     Ok(Settings {
         resolution: spec.u32_in("resolution", 1024, 16..=4096)?,
         samples: spec.one_of("samples", "1", &["1", "4", "8", "16"])?.parse().unwrap_or(1),
+        own: spec.one_of("own", "id", &["id", "offset"])? == "id",
     })
+}
+
+/// Finds the triangle under each pixel, and puts samples of small pixels exactly onto it.
+struct Owners {
+    /// Instance, and triangle of the scene + 1.
+    image: Image,
+    depth: Image,
+    /// Without and with alpha test.
+    draws: [Graphics; 2],
+    snap: Compute,
+}
+
+impl Owners {
+    fn new(lab: &Lab, screen: &Screen) -> Result<Self, LabError> {
+        use vk::ImageUsageFlags as I;
+        let (gpu, scene) = (lab.gpu(), lab.scene_buffers());
+        let image = map::screen_image(lab, "owners", vk::Format::R32G32_UINT, I::COLOR_ATTACHMENT | I::SAMPLED)?;
+        let depth = map::screen_image(lab, "owners' depth", vk::Format::D32_SFLOAT, I::DEPTH_STENCIL_ATTACHMENT)?;
+        let bindings =
+            [&[Binding::Uniform(&screen.frame)], &hit_bindings(scene)[..], &[Binding::External(scene.indices)]]
+                .concat();
+        let [stride, offset, format] = scene.position_layout.words();
+        let state = GraphicsState {
+            colors: &[vk::Format::R32G32_UINT],
+            depth: true,
+            depth_compare: vk::CompareOp::GREATER_OR_EQUAL,
+            ..bare(scene)
+        };
+        let draw = |masked: bool| {
+            let (vertex, fragment) = (spirv!("methods/izb_owner.vert"), spirv!("methods/izb_owner.frag"));
+            let constants = &[stride, offset, format, u32::from(masked)];
+            let shaders = Shaders { vertex, fragment: Some(fragment), constants };
+            Graphics::new(gpu, "izb_owner", &shaders, &bindings, &state)
+        };
+        let seen = [Binding::Sampled(&image), Binding::StorageImage(&screen.receivers.depth)];
+        let bindings = [&bindings[..], &seen].concat();
+        let snap = spirv!("methods/izb_snap.comp");
+        Ok(Self {
+            draws: [draw(false)?, draw(true)?],
+            snap: Compute::new(gpu, "izb_snap", snap, &bindings, &[stride, offset, format], 0)?,
+            image,
+            depth,
+        })
+    }
+
+    /// After the receivers were written.
+    fn record(&self, lab: &Lab, cmd: vk::CommandBuffer, screen: &Screen, groups: [u32; 3]) {
+        use Access::*;
+        let device = &lab.gpu().device;
+        sync::discard(device, cmd, &self.image, LookupRead, ColorAttachment);
+        sync::discard(device, cmd, &self.depth, DepthAttachment, DepthAttachment);
+        let target = |image: &Image, image_layout, store_op| {
+            vk::RenderingAttachmentInfo::default()
+                .image_view(image.view)
+                .image_layout(image_layout)
+                .load_op(vk::AttachmentLoadOp::CLEAR)
+                .store_op(store_op)
+        };
+        // clear values are all zero: depth 0 is the far end
+        use vk::AttachmentStoreOp as S;
+        let colors = [target(&self.image, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL, S::STORE)];
+        let depth = target(&self.depth, vk::ImageLayout::DEPTH_ATTACHMENT_OPTIMAL, S::DONT_CARE);
+        let info = vk::RenderingInfo::default().color_attachments(&colors).depth_attachment(&depth);
+        let seen = |alpha_tested| lab.draws().iter().filter(move |d| d.alpha_tested == alpha_tested);
+        draw(lab, cmd, self.image.extent, info, &self.draws, seen);
+        sync::image(device, cmd, &self.image, ColorAttachment, LookupRead);
+        sync::image(device, cmd, &screen.receivers.depth, ComputeRead, StorageImage);
+        self.snap.dispatch(cmd, &(), groups);
+        sync::image(device, cmd, &screen.receivers.depth, StorageImage, ComputeRead);
+    }
 }
 
 /// Grid and lists of one light.
@@ -71,8 +151,14 @@ struct Grid {
 }
 
 impl Grid {
-    fn new(spec: &MethodSpec, lab: &Lab, screen: &Screen, light: &Light, settings: Settings) -> Result<Self, LabError> {
-        let Settings { resolution, samples } = settings;
+    fn new(
+        spec: &MethodSpec,
+        lab: &Lab,
+        (screen, owners): (&Screen, Option<&Owners>),
+        light: &Light,
+        settings: Settings,
+    ) -> Result<Self, LabError> {
+        let Settings { resolution, samples, .. } = settings;
         let (gpu, kind, layers) = (lab.gpu(), map_light::kind(light), map_light::layers(light));
         let side = (f64::from(resolution) / f64::from(layers).sqrt()) as u32;
         let [width, height] = lab.view().size;
@@ -98,10 +184,21 @@ impl Grid {
         let seen = fitted.samples(screen);
         let lists = [&seen[..], &[fits], &own].concat();
         let drawn = [&[seen[0], seen[3], fits], &hit_bindings(scene)[..], &[Binding::External(scene.indices)], &own];
-        let drawn = drawn.concat();
+        let owned = owners.map(|owners| Binding::Sampled(&owners.image)).unwrap_or(seen[2]);
+        let drawn = [&drawn.concat()[..], &[owned]].concat();
         let draw = |layer: u32, masked: bool| {
             let [stride, offset, format] = scene.position_layout.words();
-            let constants = [layer, position, side, stride, offset, format, samples, u32::from(masked)];
+            let constants = [
+                layer,
+                position,
+                side,
+                stride,
+                offset,
+                format,
+                samples,
+                u32::from(masked),
+                u32::from(owners.is_some()),
+            ];
             let (vertex, fragment) = (spirv!("methods/izb_casters.vert"), spirv!("methods/izb_casters.frag"));
             let shaders = Shaders { vertex, fragment: Some(fragment), constants: &constants };
             Graphics::new(gpu, "izb_casters", &shaders, &drawn, &bare(scene))
@@ -133,22 +230,10 @@ impl Grid {
         })
     }
 
-    fn draw(&self, lab: &Lab, cmd: vk::CommandBuffer) {
-        let device = &lab.gpu().device;
+    fn record(&self, lab: &Lab, cmd: vk::CommandBuffer) {
         let extent = vk::Extent2D { width: self.side, height: self.side };
-        let area = vk::Rect2D { offset: vk::Offset2D::default(), extent };
-        let info = vk::RenderingInfo::default().render_area(area).layer_count(1);
-        // SAFETY: the command buffer is recording; buffers outlive the submission
-        unsafe {
-            device.cmd_begin_rendering(cmd, &info);
-            set_area(device, cmd, area);
-            for (pipeline, alpha_tested) in self.draws.iter().flat_map(|[a, b]| [(a, false), (b, true)]) {
-                pipeline.bind(cmd);
-                for d in map::casters(lab, Some(alpha_tested)) {
-                    device.cmd_draw(cmd, d.index_count, d.instance_count, d.first_index, d.first_instance);
-                }
-            }
-            device.cmd_end_rendering(cmd);
+        for pipelines in &self.draws {
+            draw(lab, cmd, extent, vk::RenderingInfo::default(), pipelines, |m| map::casters(lab, Some(m)));
         }
     }
 
@@ -170,6 +255,31 @@ impl AsRef<Fitted> for Grid {
     }
 }
 
+/// Draws with a pipeline for what is not alpha tested and one for what is.
+fn draw<'a, D: Iterator<Item = &'a MeshDraw>>(
+    lab: &Lab,
+    cmd: vk::CommandBuffer,
+    extent: vk::Extent2D,
+    info: vk::RenderingInfo<'_>,
+    pipelines: &[Graphics; 2],
+    draws: impl Fn(bool) -> D,
+) {
+    let device = &lab.gpu().device;
+    let area = vk::Rect2D { offset: vk::Offset2D::default(), extent };
+    // SAFETY: the command buffer is recording; buffers and images outlive the submission
+    unsafe {
+        device.cmd_begin_rendering(cmd, &info.render_area(area).layer_count(1));
+        set_area(device, cmd, area);
+        for (pipeline, alpha_tested) in pipelines.iter().zip([false, true]) {
+            pipeline.bind(cmd);
+            for d in draws(alpha_tested) {
+                device.cmd_draw(cmd, d.index_count, d.instance_count, d.first_index, d.first_instance);
+            }
+        }
+        device.cmd_end_rendering(cmd);
+    }
+}
+
 /// Vertices are fetched by the shader, and nothing but buffers is written.
 fn bare(scene: &SceneBuffers) -> GraphicsState<'static> {
     GraphicsState { positions: None, depth: false, ..GraphicsState::casters(scene.position_layout, false) }
@@ -177,6 +287,7 @@ fn bare(scene: &SceneBuffers) -> GraphicsState<'static> {
 
 pub(super) struct Izb {
     screen: Screen,
+    owners: Option<Owners>,
     /// One for each light.
     grids: Vec<Grid>,
 }
@@ -191,9 +302,11 @@ impl Izb {
             )));
         }
         let screen = Screen::new(lab)?;
+        let owners = settings.own.then(|| Owners::new(lab, &screen)).transpose()?;
         let lights = lab.view().lights.iter();
-        let grids = lights.map(|light| Grid::new(spec, lab, &screen, light, settings)).collect::<Result<_, _>>()?;
-        Ok(Self { screen, grids })
+        let grid = |light| Grid::new(spec, lab, (&screen, owners.as_ref()), light, settings);
+        let grids = lights.map(grid).collect::<Result<_, _>>()?;
+        Ok(Self { screen, owners, grids })
     }
 }
 
@@ -210,18 +323,22 @@ impl Method for Izb {
         let device = &lab.gpu().device;
         let [width, height] = lab.view().size;
         let groups = [width.div_ceil(8), height.div_ceil(8), 1];
-        let steps = |step, cmd| {
-            for grid in self.grids.iter().filter(|_| step == map::Step::Reset) {
+        let steps = |step, cmd| match step {
+            map::Step::Reset => self.grids.iter().for_each(|grid| {
                 // SAFETY: the command buffer is recording; the map's own commands wait for the last frame and for this
-                unsafe { device.cmd_fill_buffer(cmd, grid.heads.raw, 0, vk::WHOLE_SIZE, 0) };
+                unsafe { device.cmd_fill_buffer(cmd, grid.heads.raw, 0, vk::WHOLE_SIZE, 0) }
+            }),
+            map::Step::Slice => {
+                self.owners.iter().for_each(|owners| owners.record(lab, cmd, &self.screen, groups));
             }
+            map::Step::Fitted => {}
         };
         lab.frame(|cmd, timer| {
             map::record_fits((lab, &camera), (cmd, timer), &self.screen, &self.grids, &given, steps);
             self.grids.iter().for_each(|grid| grid.lists.dispatch(cmd, &(), groups));
             sync::barrier(device, cmd, &[(ComputeWrite, FragmentWrite)]);
             timer.mark(cmd, "lists");
-            self.grids.iter().for_each(|grid| grid.draw(lab, cmd));
+            self.grids.iter().for_each(|grid| grid.record(lab, cmd));
             sync::barrier(device, cmd, &[(FragmentWrite, ComputeWrite)]);
             timer.mark(cmd, "casters");
             for grid in &self.grids {
@@ -244,9 +361,10 @@ impl Method for Izb {
 
     fn memory(&self) -> Vec<(&'static str, u64)> {
         let sum = |bytes: fn(&Grid) -> u64| self.grids.iter().map(bytes).sum::<u64>();
+        let owners = self.owners.as_ref().map_or(0, |owners| owners.image.bytes + owners.depth.bytes);
         vec![
             ("lists", sum(|g| g.heads.size + g.listed.size + g.shadowed.size)),
-            ("screen", self.screen.receivers.bytes() + sum(|g| g.visibility.bytes)),
+            ("screen", self.screen.receivers.bytes() + owners + sum(|g| g.visibility.bytes)),
             ("other", self.screen.frame.size + sum(|g| g.fitted.bytes())),
         ]
     }

@@ -284,3 +284,14 @@ pub fn random(size: [u32; 2], seed: u64) -> (Scene, View) {
     let sun = [lcg.between(-0.8, 0.8), -1.0, lcg.between(-0.8, 0.8)];
     (b.finish(), view([lcg.between(-4.0, 4.0), 4.5, 7.0], [0.0, 0.5, 0.0], sun, size))
 }
+
+/// A ground of 10 km in two triangles and a block of 1 cm on it, seen from 2 cm above.
+pub fn huge_ground(size: [u32; 2]) -> (Scene, View) {
+    let mut b = Builder::new("huge ground");
+    b.add(OPAQUE, &sheet(1, |u, v| DVec3::new(1e4 * v - 5e3, 0.0, 1e4 * u - 5e3)));
+    let foot = DVec3::new(1200.0, 0.0, -700.0);
+    b.add(OPAQUE, &block(foot, foot + DVec3::new(0.01, 0.012, 0.01)));
+    b.add(OPAQUE, &block(DVec3::new(0.0, 0.0, 0.0), DVec3::new(20.0, 30.0, 20.0)));
+    let eye = foot + DVec3::new(0.03, 0.02, 0.04);
+    (b.finish(), view(eye.to_array(), foot.to_array(), [-0.4, -1.0, 0.3], size))
+}
