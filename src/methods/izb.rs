@@ -2,17 +2,16 @@
 //! visible samples are put into lists by texel of a grid in light space, casters are drawn conservatively over that grid, and
 //! each is tested exactly against the samples of every texel that it touches.
 
+use super::izb_owner::{Owners, bare, draw};
 use super::map::{self, Fitted, Given, Screen};
 use super::{DebugPicture, FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
 use crate::Light;
 use crate::config::BEND;
 use crate::engine::constants::ray_start;
-use crate::engine::depth_prepass::MeshDraw;
 use crate::engine::exact::hit_bindings;
-use crate::gpu::structs::Slices;
+use crate::gpu::structs::{Fit, Slices};
 use crate::gpu::sync::{self, Access};
-use crate::gpu::{Binding, Buffer, Compute, Graphics, GraphicsState, Image, Shaders, set_area, spirv};
-use crate::host::SceneBuffers;
+use crate::gpu::{Binding, Buffer, Compute, Graphics, Image, Shaders, spirv};
 use crate::lab::{Lab, LabError};
 use ash::vk;
 use bytemuck::Zeroable;
@@ -61,76 +60,6 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
         samples: spec.one_of("samples", "1", &["1", "4", "8", "16"])?.parse().unwrap_or(1),
         own: spec.one_of("own", "id", &["id", "offset"])? == "id",
     })
-}
-
-/// Finds the triangle under each pixel, and puts samples of small pixels exactly onto it.
-struct Owners {
-    /// Instance, and triangle of the scene + 1.
-    image: Image,
-    depth: Image,
-    /// Without and with alpha test.
-    draws: [Graphics; 2],
-    snap: Compute,
-}
-
-impl Owners {
-    fn new(lab: &Lab, screen: &Screen) -> Result<Self, LabError> {
-        use vk::ImageUsageFlags as I;
-        let (gpu, scene) = (lab.gpu(), lab.scene_buffers());
-        let image = map::screen_image(lab, "owners", vk::Format::R32G32_UINT, I::COLOR_ATTACHMENT | I::SAMPLED)?;
-        let depth = map::screen_image(lab, "owners' depth", vk::Format::D32_SFLOAT, I::DEPTH_STENCIL_ATTACHMENT)?;
-        let bindings =
-            [&[Binding::Uniform(&screen.frame)], &hit_bindings(scene)[..], &[Binding::External(scene.indices)]]
-                .concat();
-        let [stride, offset, format] = scene.position_layout.words();
-        let state = GraphicsState {
-            colors: &[vk::Format::R32G32_UINT],
-            depth: true,
-            depth_compare: vk::CompareOp::GREATER_OR_EQUAL,
-            ..bare(scene)
-        };
-        let draw = |masked: bool| {
-            let (vertex, fragment) = (spirv!("methods/izb_owner.vert"), spirv!("methods/izb_owner.frag"));
-            let constants = &[stride, offset, format, u32::from(masked)];
-            let shaders = Shaders { vertex, fragment: Some(fragment), constants };
-            Graphics::new(gpu, "izb_owner", &shaders, &bindings, &state)
-        };
-        let seen = [Binding::Sampled(&image), Binding::StorageImage(&screen.receivers.depth)];
-        let bindings = [&bindings[..], &seen].concat();
-        let snap = spirv!("methods/izb_snap.comp");
-        Ok(Self {
-            draws: [draw(false)?, draw(true)?],
-            snap: Compute::new(gpu, "izb_snap", snap, &bindings, &[stride, offset, format], 0)?,
-            image,
-            depth,
-        })
-    }
-
-    /// After the receivers were written.
-    fn record(&self, lab: &Lab, cmd: vk::CommandBuffer, screen: &Screen, groups: [u32; 3]) {
-        use Access::*;
-        let device = &lab.gpu().device;
-        sync::discard(device, cmd, &self.image, LookupRead, ColorAttachment);
-        sync::discard(device, cmd, &self.depth, DepthAttachment, DepthAttachment);
-        let target = |image: &Image, image_layout, store_op| {
-            vk::RenderingAttachmentInfo::default()
-                .image_view(image.view)
-                .image_layout(image_layout)
-                .load_op(vk::AttachmentLoadOp::CLEAR)
-                .store_op(store_op)
-        };
-        // clear values are all zero: depth 0 is the far end
-        use vk::AttachmentStoreOp as S;
-        let colors = [target(&self.image, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL, S::STORE)];
-        let depth = target(&self.depth, vk::ImageLayout::DEPTH_ATTACHMENT_OPTIMAL, S::DONT_CARE);
-        let info = vk::RenderingInfo::default().color_attachments(&colors).depth_attachment(&depth);
-        let seen = |alpha_tested| lab.draws().iter().filter(move |d| d.alpha_tested == alpha_tested);
-        draw(lab, cmd, self.image.extent, info, &self.draws, seen);
-        sync::image(device, cmd, &self.image, ColorAttachment, LookupRead);
-        sync::image(device, cmd, &screen.receivers.depth, ComputeRead, StorageImage);
-        self.snap.dispatch(cmd, &(), groups);
-        sync::image(device, cmd, &screen.receivers.depth, StorageImage, ComputeRead);
-    }
 }
 
 /// Grid and lists of one light.
@@ -186,7 +115,7 @@ impl Grid {
         let drawn = [&[seen[0], seen[3], fits], &hit_bindings(scene)[..], &[Binding::External(scene.indices)], &own];
         let owned = owners.map(|owners| Binding::Sampled(&owners.image)).unwrap_or(seen[2]);
         let drawn = [&drawn.concat()[..], &[owned]].concat();
-        let draw = |layer: u32, masked: bool| {
+        let pipeline = |layer: u32, masked: bool| {
             let [stride, offset, format] = scene.position_layout.words();
             let constants = [
                 layer,
@@ -212,7 +141,9 @@ impl Grid {
                 &[layers, position, side, 0, 0, 0, samples, BEND.to_bits()],
                 0,
             )?,
-            draws: (0..layers).map(|l| Ok([draw(l, false)?, draw(l, true)?])).collect::<Result<_, LabError>>()?,
+            draws: (0..layers)
+                .map(|l| Ok([pipeline(l, false)?, pipeline(l, true)?]))
+                .collect::<Result<_, LabError>>()?,
             resolve: Compute::new(
                 gpu,
                 "izb_resolve",
@@ -253,36 +184,6 @@ impl AsRef<Fitted> for Grid {
     fn as_ref(&self) -> &Fitted {
         &self.fitted
     }
-}
-
-/// Draws with a pipeline for what is not alpha tested and one for what is.
-fn draw<'a, D: Iterator<Item = &'a MeshDraw>>(
-    lab: &Lab,
-    cmd: vk::CommandBuffer,
-    extent: vk::Extent2D,
-    info: vk::RenderingInfo<'_>,
-    pipelines: &[Graphics; 2],
-    draws: impl Fn(bool) -> D,
-) {
-    let device = &lab.gpu().device;
-    let area = vk::Rect2D { offset: vk::Offset2D::default(), extent };
-    // SAFETY: the command buffer is recording; buffers and images outlive the submission
-    unsafe {
-        device.cmd_begin_rendering(cmd, &info.render_area(area).layer_count(1));
-        set_area(device, cmd, area);
-        for (pipeline, alpha_tested) in pipelines.iter().zip([false, true]) {
-            pipeline.bind(cmd);
-            for d in draws(alpha_tested) {
-                device.cmd_draw(cmd, d.index_count, d.instance_count, d.first_index, d.first_instance);
-            }
-        }
-        device.cmd_end_rendering(cmd);
-    }
-}
-
-/// Vertices are fetched by the shader, and nothing but buffers is written.
-fn bare(scene: &SceneBuffers) -> GraphicsState<'static> {
-    GraphicsState { positions: None, depth: false, ..GraphicsState::casters(scene.position_layout, false) }
 }
 
 pub(super) struct Izb {
@@ -361,7 +262,7 @@ impl Method for Izb {
 
     fn memory(&self) -> Vec<(&'static str, u64)> {
         let sum = |bytes: fn(&Grid) -> u64| self.grids.iter().map(bytes).sum::<u64>();
-        let owners = self.owners.as_ref().map_or(0, |owners| owners.image.bytes + owners.depth.bytes);
+        let owners = self.owners.as_ref().map_or(0, Owners::bytes);
         vec![
             ("lists", sum(|g| g.heads.size + g.listed.size + g.shadowed.size)),
             ("screen", self.screen.receivers.bytes() + owners + sum(|g| g.visibility.bytes)),
@@ -394,4 +295,46 @@ impl Method for Izb {
             .map_err(|error| LabError::Refused(error.to_string()))?;
         Ok(vec![DebugPicture { name: "list_length", width: picture.width, height: picture.height, rgb: picture.rgb }])
     }
+}
+
+/// What the lists of a directional light held after one frame, for tests.
+#[doc(hidden)]
+pub struct Lists {
+    /// Texels along a side of the grid.
+    pub side: u32,
+    /// Where the grid lies.
+    pub fit: Fit,
+    /// Axes of light space, relative to the eye.
+    pub axes: [[f32; 3]; 3],
+    /// By row and texel: numbers and places of the samples.
+    pub lists: Vec<Vec<(u32, [f32; 3])>>,
+    /// By pixel: a bit for each sample that the light does not reach.
+    pub shadowed: Vec<u32>,
+}
+
+/// Runs one frame and reads the lists of its first light.
+///
+/// # Errors
+/// As [`super::create`].
+#[doc(hidden)]
+pub fn lists(spec: &MethodSpec, lab: &Lab) -> Result<Lists, LabError> {
+    let mut method = Izb::new(spec, lab)?;
+    method.frame(lab)?;
+    let grid = &method.grids[0];
+    let words = |buffer| -> Result<Vec<u32>, LabError> { Ok(bytemuck::pod_collect_to_vec(&lab.read_buffer(buffer)?)) };
+    let listed: Vec<[u32; 4]> = bytemuck::pod_collect_to_vec(&lab.read_buffer(&grid.listed)?);
+    let list = |&head: &u32| {
+        let next = |&number: &u32| Some(listed[number as usize - 1][3]).filter(|&next| next != 0);
+        let numbers = std::iter::successors(Some(head).filter(|&head| head != 0), next).take(listed.len() + 1);
+        let place = |number: u32| [0, 1, 2].map(|axis| f32::from_bits(listed[number as usize - 1][axis]));
+        numbers.map(|number| (number - 1, place(number))).collect()
+    };
+    let face = map_light::constants(lab.light(0)?, lab, 0.0)?.faces[0];
+    Ok(Lists {
+        side: grid.side,
+        fit: bytemuck::pod_read_unaligned(&lab.read_buffer(&grid.fitted.fits)?[..size_of::<Fit>()]),
+        axes: [face.x, face.y, face.z].map(|axis| [axis[0], axis[1], axis[2]]),
+        lists: words(&grid.heads)?.iter().map(list).collect(),
+        shadowed: words(&grid.shadowed)?,
+    })
 }

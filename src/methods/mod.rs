@@ -3,6 +3,7 @@
 mod comparison;
 mod csm;
 mod izb;
+mod izb_owner;
 mod lispsm;
 mod map;
 mod map_fit;
@@ -17,6 +18,8 @@ mod tsm;
 mod uniform;
 mod warp;
 
+#[doc(hidden)]
+pub use izb::{Lists as IzbLists, lists as izb_lists};
 pub use spec::MethodSpec;
 
 use crate::Light;

@@ -295,3 +295,24 @@ pub fn huge_ground(size: [u32; 2]) -> (Scene, View) {
     let eye = foot + DVec3::new(0.03, 0.02, 0.04);
     (b.finish(), view(eye.to_array(), foot.to_array(), [-0.4, -1.0, 0.3], size))
 }
+
+/// Triangles of every size and shape over a plane: points, needles, sheets beyond the plane.
+pub fn shards(size: [u32; 2], seed: u64) -> (Scene, View) {
+    let mut lcg = Lcg(seed);
+    let mut b = Builder::new("shards");
+    b.add(OPAQUE, &plane(6.0));
+    let direction = |lcg: &mut Lcg| DVec3::from([0; 3].map(|_| lcg.between(-1.0, 1.0))).normalize();
+    let mut shards = Vec::new();
+    for _ in 0..160 {
+        let corner = DVec3::new(lcg.between(-4.0, 4.0), lcg.between(0.3, 2.5), lcg.between(-4.0, 4.0));
+        let length = 10f64.powf(lcg.between(-3.0, 0.7));
+        let width = length * 10f64.powf(lcg.between(-4.0, 0.0));
+        let long = direction(&mut lcg);
+        let across = direction(&mut lcg).cross(long).normalize();
+        let ends = [corner, corner + length * long, corner + lcg.between(-0.5, 1.5) * length * long + width * across];
+        shards.extend(ends.map(|p| ([0.0; 2], p.with_y(p.y.max(0.1)))));
+    }
+    b.add(OPAQUE, &shards);
+    let sun = [lcg.between(-1.5, 1.5), -1.0, lcg.between(-1.5, 1.5)];
+    (b.finish(), view([3.0, 5.0, 7.0], [0.0, 0.2, 0.0], sun, size))
+}
