@@ -9,8 +9,8 @@ use std::collections::BTreeSet;
 use std::mem::offset_of;
 use umbrage::gpu::structs::{
     AtlasPush, ChoosePush, Counters, Face, Fit, Frame, ItemPush, LightRecord, MapLight, MeshBounds, Node, Page,
-    PreparePush, RequestPush, RetryPush, ShadeLight, ShadePush, Slices, Slot, Tracked, TrianglePush, WarpMeasure,
-    WarpPush, WarpRecord,
+    PreparePush, QvsmPush, Region, RequestPush, RetryPush, SamplingError, ShadeLight, ShadePush, Slices, Slot,
+    TileCounts, Tracked, TreeMeasurePush, TreeRequestPush, TreeState, TrianglePush, WarpMeasure, WarpPush, WarpRecord,
 };
 use umbrage::scene::{Cluster, Instance, Material};
 
@@ -91,6 +91,9 @@ fn other_structs_have_their_known_layout() {
         check_layout(&all, "Pair", 24, &[("target", 0), ("instance", 4), ("cluster", 8), ("anchor", 12)]),
         Ok(())
     );
+    let item: &[(&str, usize)] = &[("tile", 0), ("instance", 4), ("first_cluster", 8)];
+    assert_eq!(check_layout(&all, "TileItem", 12, item), Ok(()));
+    assert_eq!(check_layout(&all, "TilePair", 8, &[("tile", 0), ("instance", 4)]), Ok(()));
 }
 
 #[test]
@@ -99,14 +102,31 @@ fn map_structs_are_those_of_the_shaders() {
     assert_layout::<Fit>(&all, "Fit", fields!(Fit, row_u row_v row_w texel));
     assert_layout::<Face>(&all, "Face", fields!(Face, x y z origin));
     assert_layout::<MapLight>(&all, "MapLight", fields!(MapLight, faces eye depth rule));
+    let counts = fields!(TileCounts, groups items opaque masked dropped);
+    assert_layout::<TileCounts>(&all, "TileCounts", counts);
     let warp = fields!(WarpRecord, bounds slopes depths costs middle line distance extent warped pad fit);
     assert_layout::<WarpRecord>(&all, "Warp", warp);
     let measure = committed("methods/warp_measure.comp");
     assert_layout::<WarpMeasure>(&measure, "Push", fields!(WarpMeasure, axis step resolution));
     let push = fields!(WarpPush, axis step resolution border sine parameter always);
     assert_layout::<WarpPush>(&committed("methods/warp_choose.comp"), "Push", push);
+    let error = fields!(SamplingError, s t perspective_s perspective_t part);
+    assert_layout::<SamplingError>(&all, "SamplingError", error);
     assert_layout::<Slices>(&all, "Slices", fields!(Slices, extremes outside splits));
     assert_eq!(offset_of!(MapLight, rule) + 16, size_of::<MapLight>());
+}
+
+#[test]
+fn tree_structs_are_those_of_the_shaders() {
+    let all = committed("methods/");
+    let region = fields!(Region, low size samples splits priority unmet changed);
+    assert_layout::<Region>(&all, "Region", region);
+    assert_layout::<TreeState>(&all, "TreeState", fields!(TreeState, counts refused));
+    let push = |shader: &str| committed(&format!("methods/{shader}.comp"));
+    let measure = fields!(TreeMeasurePush, round drop threshold start);
+    assert_layout::<TreeMeasurePush>(&push("tree_measure"), "Push", measure);
+    assert_layout::<TreeRequestPush>(&push("tree_request"), "Push", fields!(TreeRequestPush, texels density));
+    assert_layout::<QvsmPush>(&push("qvsm_compare"), "Push", fields!(QvsmPush, round start));
 }
 
 #[test]
@@ -150,6 +170,10 @@ fn no_struct_is_forgotten() {
         "Fit",
         "Face",
         "ShadeLight",
+        "SamplingError",
+        "TileItem",
+        "TilePair",
+        "Region",
     ];
     let structs = committed("").into_iter().flat_map(|s| read(&s.words).structs).filter(|s| s.stride.is_some());
     // what hosts include has a longer name

@@ -7,5 +7,6 @@
 
 void main() {
     Instance instance;
-    place_vertex(instance);
+    uint layer;
+    place_vertex(instance, layer);
 }

@@ -6,16 +6,19 @@
 #include "methods/fit.glsl"
 #include "methods/sample.glsl"
 #include "methods/bias.glsl"
+#include "methods/tile.glsl"
 
 // A lookup with receiver-plane bias: the nearest texel, or a kernel around it; 1 where there is no surface or no layer holds the sample.
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(constant_id = 2) const uint FILTER = 0u;
 layout(constant_id = 3) const uint TAPS = 4u;
 layout(constant_id = 4) const uint BIAS = 0u;  // BIAS_*
+layout(constant_id = 6) const uint TILES = 0u;  // 1: each sample's layer was picked
 layout(std430, binding = 5) readonly buffer Fits { Fit fits[]; };
 layout(binding = 6) uniform sampler2DArray map;
 layout(binding = 7, r32f) writeonly uniform image2D visibility_image;
 layout(binding = 8) uniform sampler2DArray second_map;  // with BIAS_MIDPOINT and BIAS_DUAL
+layout(std430, binding = 9) readonly buffer Picked { uint picked[]; };  // with TILES
 
 uint layer_count(uvec2 layers) { return 1u; }
 uint layer_of(uvec2 layers, uint i) { return layers.x; }
@@ -68,7 +71,7 @@ bool look_up(uint layer, uvec2 pixel, Sample s, out float lit) {
     float side = float(textureSize(map, 0).x);
     vec2 texel = uv * side;
     // change of t from a texel to the next, along u and along v
-    mat2 along = inverse(transpose(mat2(fit.row_u.xy - uv.x * fit.row_w.xy, fit.row_v.xy - uv.y * fit.row_w.xy)) * (side / q));
+    mat2 along = inverse(fit_change(fit, uv, side / q));
     vec2 size = w * vec2(length(along[0]), length(along[1]));
     // change of z per unit across, in the receiver's plane at constant x / w and y / w
     float facing = has_position() ? dot(normal, ls) : normal.z;
@@ -99,6 +102,17 @@ float visibility(uvec2 pixel, float depth) {
         return 0.0;
     }
     float lit;
+    if (TILES == 1u) {
+        s.layer = picked[pixel.y * frame.size.x + pixel.x];
+        if (s.layer == KEPT_TILE) {
+            return 1.0;
+        }
+        if (s.layer != NO_TILE && look_up(s.layer, pixel, s, lit)) {
+            return lit;
+        }
+        atomicAdd(outside, 1u);
+        return 1.0;
+    }
     if (look_up(s.layer, pixel, s, lit)) {
         float next;
         return s.next > 0.0 && look_up(s.layer + 1u, pixel, s, next) ? mix(lit, next, s.next) : lit;

@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #include "shared/structs.glsl"
 
-#define MATERIALS_BINDING 3
-#define TEXELS_BINDING 4
+#define MATERIALS_BINDING 4
+#define TEXELS_BINDING 5
 #include "shared/masked_fragment.glsl"
 
 void main() {

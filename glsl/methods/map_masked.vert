@@ -16,7 +16,9 @@ void main() {
     frag_uv = uv;
     frag_color = color;
     Instance instance;
-    place_vertex(instance);
+    uint layer;
+    place_vertex(instance, layer);
     material = instance.material;
     mirrored = determinant(mat3(instance.rows[0].xyz, instance.rows[1].xyz, instance.rows[2].xyz)) < 0.0 ? 1u : 0u;
+    mirrored |= layer << 1;
 }

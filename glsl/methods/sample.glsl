@@ -59,8 +59,8 @@ bool shone_on(uvec2 pixel, inout Sample s) {
     return dot(turned(0u, s.normal), p) < 0.0 && away <= light.rule.z && p.z >= light.rule.w * away;
 }
 
-layout(constant_id = 6) const uint SAMPLES = 1u;  // of a pixel
-layout(constant_id = 7) const float BEND = 0.0;   // see sub_sample.glsl
+layout(constant_id = 9) const uint SAMPLES = 1u;  // of a pixel
+layout(constant_id = 10) const float BEND = 0.0;   // see sub_sample.glsl
 #include "shared/sub_sample.glsl"
 
 // Sample i of a pixel, after `shone_on`.

@@ -5,13 +5,13 @@ layout(std430, binding = TEXELS_BINDING) readonly buffer Texels { uint texels[];
 layout(location = 0) in vec2 frag_uv;
 layout(location = 1) in vec4 frag_color;
 layout(location = 2) flat in uint material;
-layout(location = 3) flat in uint mirrored;  // 1 where the instance turns triangles over
+layout(location = 3) flat in uint mirrored;  // bit 0: the instance turns triangles over; a map's layer in those above
 
 #include "shared/alpha.glsl"
 
 // Whether a fragment is of a side that is left out, or cut away.
 bool left_out() {
-    bool front = gl_FrontFacing != (mirrored == 1u);
+    bool front = gl_FrontFacing != ((mirrored & 1u) == 1u);
     if ((CULL == 1u && !front) || (CULL == 2u && front)) {
         return true;
     }

@@ -26,7 +26,7 @@ use bytemuck::{Pod, Zeroable};
 type Result<T> = std::result::Result<T, LabError>;
 
 /// Copies `data` to the start of a buffer.
-fn write<T: Pod>(lab: &Lab, buffer: &Buffer, data: &[T]) -> Result<()> {
+pub(super) fn write<T: Pod>(lab: &Lab, buffer: &Buffer, data: &[T]) -> Result<()> {
     let bytes: &[u8] = bytemuck::cast_slice(data);
     if bytes.is_empty() {
         return Ok(());

@@ -3,7 +3,7 @@
 //! each is tested exactly against the samples of every texel that it touches.
 
 use super::izb_owner::{Owners, bare, draw};
-use super::map::{self, Fitted, Given, Screen};
+use super::map::{self, Fits, Fitted, Given, Screen};
 use super::{DebugPicture, FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
 use crate::Light;
 use crate::config::BEND;
@@ -105,7 +105,7 @@ impl Grid {
         let listed = storage("listed samples", 16 * pixels * u64::from(samples))?;
         let shadowed = storage("shadowed samples", 4 * pixels)?;
         // rounding keeps every sample inside
-        let fitted = Fitted::new(lab, screen, kind, [side, layers, 1], 0.0, samples)?;
+        let fitted = Fitted::new(lab, screen, kind, [side, layers, layers, 1], 0.0, samples)?;
         let usage = vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::TRANSFER_SRC;
         let visibility = map::screen_image(lab, "visibility", vk::Format::R32_SFLOAT, usage)?;
         let own = [Binding::Storage(&heads), Binding::Storage(&listed), Binding::Storage(&shadowed)];
@@ -138,7 +138,7 @@ impl Grid {
                 "izb_lists",
                 spirv!("methods/izb_lists.comp"),
                 &lists,
-                &[layers, position, side, 0, 0, 0, samples, BEND.to_bits()],
+                &[layers, position, side, 0, 0, 0, 0, 0, 0, samples, BEND.to_bits()],
                 0,
             )?,
             draws: (0..layers)
@@ -164,7 +164,7 @@ impl Grid {
     fn record(&self, lab: &Lab, cmd: vk::CommandBuffer) {
         let extent = vk::Extent2D { width: self.side, height: self.side };
         for pipelines in &self.draws {
-            draw(lab, cmd, extent, vk::RenderingInfo::default(), pipelines, |m| map::casters(lab, Some(m)));
+            draw(lab, cmd, extent, vk::RenderingInfo::default(), pipelines, |m| map::casters(lab, m));
         }
     }
 
@@ -180,8 +180,8 @@ impl Grid {
     }
 }
 
-impl AsRef<Fitted> for Grid {
-    fn as_ref(&self) -> &Fitted {
+impl Fits for Grid {
+    fn fitted(&self) -> &Fitted {
         &self.fitted
     }
 }

@@ -3,6 +3,7 @@
 use super::comparison::Comparison;
 use super::map_fit::{ANGLES, least_area};
 use super::map_light::Kind;
+use super::tiles::Tiles;
 use super::{Masks, MethodSpec, Statistics, map_light};
 use crate::config::BEND;
 use crate::engine::depth_prepass::MeshDraw;
@@ -42,7 +43,8 @@ impl Screen {
 }
 
 fn constants_buffer(gpu: &Arc<Gpu>, name: &str, size: usize) -> Result<Buffer, LabError> {
-    let usage = vk::BufferUsageFlags::UNIFORM_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
+    use vk::BufferUsageFlags as U;
+    let usage = U::UNIFORM_BUFFER | U::TRANSFER_DST | U::TRANSFER_SRC;
     Ok(Buffer::new(gpu, name, size as u64, usage, Memory::Device)?)
 }
 
@@ -60,6 +62,8 @@ pub(super) fn screen_image(
 pub(super) struct Shape {
     pub(super) side: u32,
     pub(super) layers: u32,
+    /// Whether the layers are tiles, which the method's own shaders place and pick: see [`Tiles`].
+    pub(super) tiled: bool,
     /// Share of a layer's slice at whose end it gives way to the next; 0: none.
     pub(super) blend: f32,
     pub(super) comparison: Comparison,
@@ -69,6 +73,11 @@ impl Shape {
     /// The fit of a layer to what it must hold.
     pub(super) fn fit(&self, points: &[DVec2]) -> Fit {
         least_area(points, self.side.into(), self.border().into())
+    }
+
+    /// What is fitted to samples: each layer, or what all tiles lie in.
+    pub(super) fn fitted(&self) -> u32 {
+        if self.tiled { 1 } else { self.layers }
     }
 
     /// Texels around the samples that a layer holds too.
@@ -107,13 +116,13 @@ fn samples_of<'a>(screen: &'a Screen, light: &'a Buffer, slices: &'a Buffer) -> 
     ]
 }
 
-/// What one light's layers are fitted to the visible samples by.
+/// What is fitted to the visible samples of one light.
 pub(super) struct Fitted {
-    side: u32,
-    layers: u32,
-    /// Texels around the samples that a layer holds too.
-    border: u32,
     kind: Kind,
+    side: u32,
+    border: u32,
+    /// Fits to samples.
+    count: u32,
     light: Buffer,
     bounds: Buffer,
     pub(super) fits: Buffer,
@@ -123,12 +132,13 @@ pub(super) struct Fitted {
 }
 
 impl Fitted {
-    /// `blend`: as [`Shape::blend`]; `samples`: of a pixel, where more than its middle is held.
+    /// `sizes`: side of a layer in texels, layers, fits to samples, and texels around the samples that a fit holds too; `blend`:
+    /// as [`Shape::blend`]; `samples`: of a pixel, where a fit holds more than its middle.
     pub(super) fn new(
         lab: &Lab,
         screen: &Screen,
         kind: Kind,
-        [side, layers, border]: [u32; 3],
+        [side, layers, count, border]: [u32; 4],
         blend: f32,
         samples: u32,
     ) -> Result<Self, LabError> {
@@ -137,20 +147,20 @@ impl Fitted {
         let storage = |name, each: usize, count: u32| {
             Buffer::storage(gpu, name, each as u64 * u64::from(count), vk::BufferUsageFlags::empty())
         };
-        let bounds = storage("sample bounds", 4 * 4, ANGLES * layers)?;
+        let bounds = storage("sample bounds", 4 * 4, ANGLES * count)?;
         let fits = storage("fits", size_of::<Fit>(), layers)?;
         let slices = storage("slices", size_of::<Slices>(), 1)?;
         let position = u32::from(kind != Kind::Parallel);
         let measured = [&samples_of(screen, &light, &slices)[..], &[Binding::Storage(&bounds)]].concat();
-        let constants = [layers, position, 0, 0, 0, blend.to_bits(), samples, BEND.to_bits()];
-        let chosen = [Binding::Storage(&bounds), Binding::Storage(&fits)];
+        let constants = [count, position, 0, 0, 0, blend.to_bits(), 0, 0, 0, samples, BEND.to_bits()];
+        let words = spirv!("methods/map_bounds.comp");
         Ok(Self {
-            measure: Compute::new(gpu, "map_bounds", spirv!("methods/map_bounds.comp"), &measured, &constants, 0)?,
-            choose: Compute::new(gpu, "map_fit", spirv!("methods/map_fit.comp"), &chosen, &[], 8)?,
-            side,
-            layers,
-            border,
+            measure: Compute::new(gpu, "map_bounds", words, &measured, &constants, 0)?,
+            choose: choose(gpu, &bounds, &fits)?,
             kind,
+            side,
+            border,
+            count,
             light,
             bounds,
             fits,
@@ -168,14 +178,14 @@ impl Fitted {
         u32::from(self.kind != Kind::Parallel)
     }
 
-    fn write(&self, device: &ash::Device, cmd: vk::CommandBuffer, given: &Given) {
+    fn write(&self, device: &ash::Device, cmd: vk::CommandBuffer, given: &Given, target: &Buffer) {
         // SAFETY: the command buffer is recording; the data is smaller than 64 KiB
         unsafe {
             device.cmd_update_buffer(cmd, self.light.raw, 0, bytemuck::bytes_of(&given.light));
             device.cmd_update_buffer(cmd, self.slices.raw, 0, bytemuck::bytes_of(&given.slices));
             device.cmd_fill_buffer(cmd, self.bounds.raw, 0, vk::WHOLE_SIZE, 0);
             if let Some(fits) = &given.fits {
-                device.cmd_update_buffer(cmd, self.fits.raw, 0, bytemuck::cast_slice(fits));
+                device.cmd_update_buffer(cmd, target.raw, 0, bytemuck::cast_slice(fits));
             }
         }
     }
@@ -192,22 +202,27 @@ impl Fitted {
     }
 }
 
-impl AsRef<Fitted> for Fitted {
-    fn as_ref(&self) -> &Fitted {
-        self
-    }
+fn choose(gpu: &Arc<Gpu>, bounds: &Buffer, target: &Buffer) -> Result<Compute, LabError> {
+    let bindings = [bounds, target].map(Binding::Storage);
+    Ok(Compute::new(gpu, "map_fit", spirv!("methods/map_fit.comp"), &bindings, &[], 8)?)
 }
 
-impl AsRef<Fitted> for Map {
-    fn as_ref(&self) -> &Fitted {
-        &self.fitted
+/// What has fits to samples.
+pub(super) trait Fits {
+    fn fitted(&self) -> &Fitted;
+    /// Where the fits go.
+    fn target(&self) -> &Buffer {
+        &self.fitted().fits
     }
+    /// Transfers before a frame.
+    fn reset(&self, _cmd: vk::CommandBuffer) {}
 }
 
 /// The map of one light and its visibility.
 pub(super) struct Map {
     shape: Shape,
     fitted: Fitted,
+    tiles: Option<Tiles>,
     image: Image,
     /// The second surface, where the bias asks for it.
     second: Option<Image>,
@@ -231,10 +246,14 @@ impl Map {
         let kind = map_light::kind(light);
         let position = u32::from(kind != Kind::Parallel);
         let gpu = lab.gpu();
-        let Shape { side, layers, blend, comparison: Comparison { bias, cull, filter, .. } } = shape;
+        let Shape { side, layers, tiled, blend, comparison: Comparison { bias, cull, filter, .. } } = shape;
         let largest = gpu.limits.max_image_dimension2_d.min(gpu.limits.max_framebuffer_width);
         if side > largest {
             return Err(LabError::Refused(format!("'{spec}': resolution is {side}, this device allows {largest}")));
+        }
+        let most = gpu.limits.max_image_array_layers.min(gpu.limits.max_framebuffer_layers);
+        if layers > most {
+            return Err(LabError::Refused(format!("'{spec}' has {layers} layers, this device allows {most}")));
         }
         use vk::{Format as F, ImageUsageFlags as I};
         let usage = I::DEPTH_STENCIL_ATTACHMENT | I::SAMPLED;
@@ -242,42 +261,68 @@ impl Map {
         let image = Image::new(gpu, "map", &spec)?;
         let second = bias.peels().then(|| Image::new(gpu, "second map", &spec)).transpose()?;
         let visibility = screen_image(lab, "visibility", F::R32_SFLOAT, I::STORAGE | I::TRANSFER_SRC)?;
-        let fitted = Fitted::new(lab, screen, kind, [side, layers, shape.border()], blend, 1)?;
+        let count = shape.fitted();
+        let mut fitted = Fitted::new(lab, screen, kind, [side, layers, count, shape.border()], blend, 1)?;
+        let tiles = tiled.then(|| Tiles::new(lab, &shape, &fitted.light, &fitted.fits)).transpose()?;
+        if let Some(tiles) = &tiles {
+            fitted.choose = choose(gpu, &fitted.bounds, &tiles.root)?;
+        }
+        let fits = &fitted.fits;
         let scene = lab.scene_buffers();
         let samples = fitted.samples(screen);
+        // without tiles the shaders do not read them
+        let pairs = Binding::Storage(tiles.as_ref().map_or(fits, |tiles| &tiles.pairs));
+        let picked = Binding::Storage(tiles.as_ref().map_or(fits, |tiles| &tiles.picked));
         let draw = [
             samples[3],
-            Binding::Storage(&fitted.fits),
+            Binding::Storage(fits),
             Binding::External(scene.instances),
+            pairs,
             Binding::External(scene.materials),
             Binding::External(scene.texels),
         ];
         // with a side left out every fragment is tested
         let depth_compare = vk::CompareOp::GREATER_OR_EQUAL;
         let state = |tested| GraphicsState { depth_compare, ..GraphicsState::casters(scene.position_layout, tested) };
+        // tiles take their layers from pairs
+        let drawn = if tiled { 1 } else { layers };
         let pipeline = |layer: u32, masked: bool| {
             let name = if masked { "map_masked" } else { "map" };
             let shaders = if masked || cull != Cull::None {
                 let (vertex, fragment) = (spirv!("methods/map_masked.vert"), spirv!("methods/map_masked.frag"));
-                Shaders { vertex, fragment: Some(fragment), constants: &[layer, position, cull as u32] }
+                Shaders { vertex, fragment: Some(fragment), constants: &[layer, position, cull as u32, tiled.into()] }
             } else {
-                Shaders { vertex: spirv!("methods/map.vert"), fragment: None, constants: &[layer, position] }
+                Shaders {
+                    vertex: spirv!("methods/map.vert"),
+                    fragment: None,
+                    constants: &[layer, position, 0, tiled.into()],
+                }
             };
             let tested = shaders.fragment.is_some();
-            Graphics::new(gpu, name, &shaders, if tested { &draw } else { &draw[..3] }, &state(tested))
+            Graphics::new(gpu, name, &shaders, if tested { &draw } else { &draw[..4] }, &state(tested))
         };
         let peel = |layer: u32| {
             let (vertex, fragment) = (spirv!("methods/map_masked.vert"), spirv!("methods/map_peel.frag"));
-            let shaders = Shaders { vertex, fragment: Some(fragment), constants: &[layer, position, cull as u32] };
+            let constants = &[layer, position, cull as u32, tiled.into()];
+            let shaders = Shaders { vertex, fragment: Some(fragment), constants };
             Graphics::new(gpu, "map_peel", &shaders, &[&draw[..], &[Binding::Sampled(&image)]].concat(), &state(true))
         };
-        let peels = second.iter().flat_map(|_| 0..layers).map(peel).collect::<Result<_, _>>()?;
+        let peels = second.iter().flat_map(|_| 0..drawn).map(peel).collect::<Result<_, _>>()?;
         let [kind_of_filter, taps] = filter.words();
         let compute = |name, spirv: &[u8], own: &[Binding<'_>], constants: &[u32]| {
             Compute::new(gpu, name, spirv, &[&samples[..], own].concat(), constants, 0)
         };
+        if tiled {
+            // their contents stay from draw to draw
+            let images: Vec<_> = [&image].into_iter().chain(&second).collect();
+            lab.submit(|cmd| {
+                for image in images {
+                    sync::discard(&gpu.device, cmd, image, Access::Nothing, Access::LookupRead);
+                }
+            })?;
+        }
         Ok(Self {
-            draws: (0..layers)
+            draws: (0..drawn)
                 .map(|l| Ok([pipeline(l, false)?, pipeline(l, true)?]))
                 .collect::<Result<_, LabError>>()?,
             lookup: compute(
@@ -288,11 +333,13 @@ impl Map {
                     Binding::Sampled(&image),
                     Binding::StorageImage(&visibility),
                     Binding::Sampled(second.as_ref().unwrap_or(&image)),
+                    picked,
                 ],
-                &[layers, position, kind_of_filter, taps, bias as u32, blend.to_bits()],
+                &[count, position, kind_of_filter, taps, bias as u32, blend.to_bits(), tiled.into()],
             )?,
             shape,
             fitted,
+            tiles,
             image,
             second,
             peels,
@@ -306,6 +353,16 @@ impl Map {
         self.fitted.samples(screen)
     }
 
+    /// What a map of tiles has beside; `None` for others.
+    pub(super) fn tiles(&self) -> Option<&Tiles> {
+        self.tiles.as_ref()
+    }
+
+    /// The tile of each pixel; without tiles what shaders do not read.
+    pub(super) fn picked(&self) -> Binding<'_> {
+        Binding::Storage(self.tiles.as_ref().map_or(self.fits(), |tiles| &tiles.picked))
+    }
+
     /// The fit of each layer.
     pub(super) fn fits(&self) -> &Buffer {
         &self.fitted.fits
@@ -315,44 +372,63 @@ impl Map {
         &self.fitted.slices
     }
 
+    /// The light's constants.
+    pub(super) fn light(&self) -> &Buffer {
+        &self.fitted.light
+    }
+
+    pub(super) fn kind(&self) -> Kind {
+        self.fitted.kind
+    }
+
     /// Visibility of the last frame.
     pub(super) fn visibility(&self, lab: &Lab) -> Result<Vec<f32>, LabError> {
         Ok(bytemuck::pod_collect_to_vec(&lab.read_image(&self.visibility, Access::TransferRead, 4)?))
+    }
+
+    /// Readable by transfers outside of [`Self::look_up`].
+    pub(super) fn visibility_image(&self) -> &Image {
+        &self.visibility
     }
 
     pub(super) fn shape(&self) -> &Shape {
         &self.shape
     }
 
-    /// The first surface, then, where it is asked for, the second; both are left for compute shaders.
-    fn draw(&self, lab: &Lab, cmd: vk::CommandBuffer) {
-        use Access::*;
-        let device = &self.gpu.device;
-        let draws = || self.draws.iter().flat_map(|[a, b]| [(a, Some(false)), (b, Some(true))]);
-        sync::discard(device, cmd, &self.image, LookupRead, DepthAttachment);
-        self.draw_into(lab, cmd, &self.image, draws());
-        sync::image(device, cmd, &self.image, DepthAttachment, LookupRead);
+    /// The first surface, then, where it is asked for, the second; both are left for lookups.
+    pub(super) fn draw(&self, lab: &Lab, cmd: vk::CommandBuffer) {
+        if let Some(tiles) = &self.tiles {
+            tiles.cull(cmd);
+        }
+        let first = self.draws.iter().map(|[opaque, masked]| [opaque, masked]);
+        self.draw_into(lab, cmd, &self.image, first);
         if let Some(second) = &self.second {
-            sync::discard(device, cmd, second, ComputeRead, DepthAttachment);
-            self.draw_into(lab, cmd, second, self.peels.iter().map(|pipeline| (pipeline, None)));
-            sync::image(device, cmd, second, DepthAttachment, ComputeRead);
+            self.draw_into(lab, cmd, second, self.peels.iter().map(|peel| [peel, peel]));
         }
     }
 
-    /// Each pipeline draws the meshes that are, or are not, alpha tested, or all.
+    /// `pipelines`: for each layer, or for all tiles, what draws meshes that are not alpha tested, and those that are.
     fn draw_into<'a>(
         &self,
         lab: &Lab,
         cmd: vk::CommandBuffer,
         image: &Image,
-        draws: impl Iterator<Item = (&'a Graphics, Option<bool>)>,
+        pipelines: impl Iterator<Item = [&'a Graphics; 2]>,
     ) {
+        use Access::{DepthAttachment, LookupRead};
         let device = &self.gpu.device;
         let scene = lab.scene_buffers();
+        let load = if self.tiles.is_some() {
+            sync::image(device, cmd, image, LookupRead, DepthAttachment);
+            vk::AttachmentLoadOp::LOAD
+        } else {
+            sync::discard(device, cmd, image, LookupRead, DepthAttachment);
+            vk::AttachmentLoadOp::CLEAR
+        };
         let attachment = vk::RenderingAttachmentInfo::default()
             .image_view(image.view)
             .image_layout(vk::ImageLayout::DEPTH_ATTACHMENT_OPTIMAL)
-            .load_op(vk::AttachmentLoadOp::CLEAR)
+            .load_op(load)
             .store_op(vk::AttachmentStoreOp::STORE)
             .clear_value(vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } });
         let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: image.extent };
@@ -364,28 +440,65 @@ impl Map {
             set_area(device, cmd, area);
             device.cmd_bind_index_buffer(cmd, scene.indices, 0, vk::IndexType::UINT32);
             device.cmd_bind_vertex_buffers(cmd, 0, &scene.vertices(), &[0, 0]);
-            for (pipeline, alpha_tested) in draws {
-                pipeline.bind(cmd);
-                for d in casters(lab, alpha_tested) {
+        }
+        for pair in pipelines {
+            match &self.tiles {
+                Some(tiles) => tiles.draw(cmd, pair),
+                None => self.draw_meshes(lab, cmd, pair),
+            }
+        }
+        // SAFETY: rendering was begun above
+        unsafe { device.cmd_end_rendering(cmd) };
+        sync::image(device, cmd, image, DepthAttachment, LookupRead);
+    }
+
+    fn draw_meshes(&self, lab: &Lab, cmd: vk::CommandBuffer, pipelines: [&Graphics; 2]) {
+        for (pipeline, alpha_tested) in pipelines.into_iter().zip([false, true]) {
+            pipeline.bind(cmd);
+            for d in casters(lab, alpha_tested) {
+                // SAFETY: pipeline, set, index and vertex buffers are bound; inside rendering
+                unsafe {
+                    let device = &self.gpu.device;
                     device.cmd_draw_indexed(cmd, d.index_count, d.instance_count, d.first_index, 0, d.first_instance);
                 }
             }
-            device.cmd_end_rendering(cmd);
+        }
+    }
+
+    /// Visibility of every pixel from what was drawn last.
+    pub(super) fn look_up(&self, cmd: vk::CommandBuffer, screen: &Screen) {
+        use Access::{StorageImage, TransferRead};
+        let device = &self.gpu.device;
+        sync::discard(device, cmd, &self.visibility, TransferRead, StorageImage);
+        self.lookup.dispatch(cmd, &(), [screen.size[0].div_ceil(8), screen.size[1].div_ceil(8), 1]);
+        sync::image(device, cmd, &self.visibility, StorageImage, TransferRead);
+    }
+}
+
+impl Fits for Map {
+    fn fitted(&self) -> &Fitted {
+        &self.fitted
+    }
+
+    fn target(&self) -> &Buffer {
+        self.tiles.as_ref().map_or(self.fits(), |tiles| &tiles.root)
+    }
+
+    fn reset(&self, cmd: vk::CommandBuffer) {
+        if let Some(tiles) = &self.tiles {
+            tiles.reset(cmd);
         }
     }
 }
 
-/// Draws of the casters that are, or are not, alpha tested, or of all.
-pub(super) fn casters(lab: &Lab, alpha_tested: Option<bool>) -> impl Iterator<Item = &MeshDraw> {
-    lab.draws()
-        .iter()
-        .zip(&lab.scene().meshes)
-        .filter(move |(d, m)| m.casts && alpha_tested.is_none_or(|tested| d.alpha_tested == tested))
-        .map(|(d, _)| d)
+/// Draws of the casters that are, or are not, alpha tested.
+pub(super) fn casters(lab: &Lab, alpha_tested: bool) -> impl Iterator<Item = &MeshDraw> {
+    let meshes = lab.draws().iter().zip(&lab.scene().meshes);
+    meshes.filter(move |(d, m)| m.casts && d.alpha_tested == alpha_tested).map(|(d, _)| d)
 }
 
 /// Fails where the view's lights are others in number or kind than the maps were made for.
-pub(super) fn check_lights<T: AsRef<Fitted>>(lab: &Lab, maps: &[T]) -> Result<(), LabError> {
+pub(super) fn check_lights<T: Fits>(lab: &Lab, maps: &[T]) -> Result<(), LabError> {
     let lights = &lab.view().lights;
     if lights.len() != maps.len() {
         return Err(LabError::Refused(format!(
@@ -395,7 +508,7 @@ pub(super) fn check_lights<T: AsRef<Fitted>>(lab: &Lab, maps: &[T]) -> Result<()
         )));
     }
     for (light, map) in lights.iter().zip(maps) {
-        let (kind, made) = (map_light::kind(light), map.as_ref().kind);
+        let (kind, made) = (map_light::kind(light), map.fitted().kind);
         if kind != made {
             return Err(LabError::Refused(format!("the light is {kind}, the method was made for {made}")));
         }
@@ -403,8 +516,24 @@ pub(super) fn check_lights<T: AsRef<Fitted>>(lab: &Lab, maps: &[T]) -> Result<()
     Ok(())
 }
 
-/// Records what comes before the maps of all lights are drawn; `steps` as in [`record`].
-pub(super) fn record_fits<T: AsRef<Fitted>>(
+/// Records a frame of all lights; `steps` records what a method has of its own.
+pub(super) fn record(
+    (lab, camera): (&Lab, &Frame),
+    (cmd, timer): (vk::CommandBuffer, &mut Timer),
+    screen: &Screen,
+    maps: &[Map],
+    given: &[Given],
+    steps: impl Fn(Step, vk::CommandBuffer),
+) {
+    record_fits((lab, camera), (cmd, timer), screen, maps, given, steps);
+    maps.iter().for_each(|map| map.draw(lab, cmd));
+    timer.mark(cmd, "map");
+    maps.iter().for_each(|map| map.look_up(cmd, screen));
+    timer.mark(cmd, "lookup");
+}
+
+/// The part of [`record`] before anything is drawn: what each pixel sees, and the fits.
+pub(super) fn record_fits<T: Fits>(
     (lab, camera): (&Lab, &Frame),
     (cmd, timer): (vk::CommandBuffer, &mut Timer),
     screen: &Screen,
@@ -414,8 +543,7 @@ pub(super) fn record_fits<T: AsRef<Fitted>>(
 ) {
     use Access::*;
     let device = &lab.gpu().device;
-    let all = || maps.iter().map(AsRef::as_ref).zip(given);
-    let fitted = || all().filter(|(_, given)| given.fits.is_none()).map(|(map, _)| map);
+    let fitted = || maps.iter().zip(given).filter(|(_, given)| given.fits.is_none()).map(|(map, _)| map.fitted());
     sync::barrier(
         device,
         cmd,
@@ -423,7 +551,10 @@ pub(super) fn record_fits<T: AsRef<Fitted>>(
     );
     // SAFETY: the command buffer is recording; the data is smaller than 64 KiB
     unsafe { device.cmd_update_buffer(cmd, screen.frame.raw, 0, bytemuck::bytes_of(camera)) };
-    all().for_each(|(map, given)| map.write(device, cmd, given));
+    for (map, given) in maps.iter().zip(given) {
+        map.fitted().write(device, cmd, given, map.target());
+        map.reset(cmd);
+    }
     steps(Step::Reset, cmd);
     sync::barrier(
         device,
@@ -438,37 +569,12 @@ pub(super) fn record_fits<T: AsRef<Fitted>>(
         steps(Step::Slice, cmd);
         fitted().for_each(|map| map.measure.dispatch(cmd, &(), screen.columns()));
         sync::barrier(device, cmd, &[(ComputeWrite, ComputeRead)]);
-        fitted()
-            .for_each(|map| map.choose.dispatch(cmd, &[map.side, map.border].map(|v| v as f32), [map.layers, 1, 1]));
+        fitted().for_each(|map| map.choose.dispatch(cmd, &[map.side, map.border].map(|v| v as f32), [map.count, 1, 1]));
         sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite)]);
         steps(Step::Fitted, cmd);
         sync::barrier(device, cmd, &[(ComputeWrite, ComputeRead), (ComputeWrite, GraphicsRead)]);
         timer.mark(cmd, "fit");
     }
-}
-
-/// Records a frame of all lights; `steps` records what a method has of its own.
-pub(super) fn record(
-    (lab, camera): (&Lab, &Frame),
-    (cmd, timer): (vk::CommandBuffer, &mut Timer),
-    screen: &Screen,
-    maps: &[Map],
-    given: &[Given],
-    steps: impl Fn(Step, vk::CommandBuffer),
-) {
-    use Access::*;
-    let device = &lab.gpu().device;
-    record_fits((lab, camera), (cmd, timer), screen, maps, given, steps);
-    for map in maps {
-        map.draw(lab, cmd);
-    }
-    timer.mark(cmd, "map");
-    for map in maps {
-        sync::discard(device, cmd, &map.visibility, TransferRead, StorageImage);
-        map.lookup.dispatch(cmd, &(), [screen.size[0].div_ceil(8), screen.size[1].div_ceil(8), 1]);
-        sync::image(device, cmd, &map.visibility, StorageImage, TransferRead);
-    }
-    timer.mark(cmd, "lookup");
 }
 
 /// Visibility of the last frame of all lights.
@@ -482,19 +588,24 @@ pub(super) fn memory(screen: &Screen, maps: &[Map]) -> Vec<(&'static str, u64)> 
     vec![
         ("map", sum(|m| m.image.bytes + m.second.as_ref().map_or(0, |second| second.bytes))),
         ("screen", screen.receivers.bytes() + sum(|m| m.visibility.bytes)),
-        ("other", screen.frame.size + sum(|m| m.fitted.bytes())),
+        ("other", screen.frame.size + sum(|m| m.fitted.bytes() + m.tiles.as_ref().map_or(0, |tiles| tiles.bytes))),
     ]
 }
 
 /// Statistics of the last frame of all lights.
 pub(super) fn statistics(lab: &Lab, maps: &[Map]) -> Result<Statistics, LabError> {
-    let (mut effective_resolution, mut outside) = (0.0f64, 0);
+    let (mut effective_resolution, mut outside, mut dropped) = (0.0f64, 0, None);
     for (map, light) in maps.iter().zip(&lab.view().lights) {
         let fits: Vec<Fit> = bytemuck::pod_collect_to_vec(&lab.read_buffer(map.fits())?);
         let texels = fits[..map.shape.layers as usize].iter().map(|f| f64::from(f.texel[0].min(f.texel[1])));
         let finest = texels.filter(|t| *t > 0.0).fold(f64::INFINITY, f64::min);
         effective_resolution = effective_resolution.max(map_light::extent(light, lab.scene_buffers()) / finest);
         outside += map.fitted.outside(lab)?;
+        if let Some(tiles) = &map.tiles {
+            dropped = Some(dropped.unwrap_or(0) + tiles.dropped(lab)?);
+        }
     }
-    Ok(Statistics { effective_resolution, counters: vec![("outside", outside)], ..Statistics::default() })
+    let mut counters = vec![("outside", outside)];
+    counters.extend(dropped.map(|count| ("dropped", count)));
+    Ok(Statistics { effective_resolution, counters, ..Statistics::default() })
 }

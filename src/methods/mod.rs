@@ -2,24 +2,35 @@
 
 mod comparison;
 mod csm;
+pub(crate) mod fvsm;
 mod izb;
 mod izb_owner;
 mod lispsm;
 mod map;
 mod map_fit;
 mod map_light;
+mod map_sampling;
 mod psm;
+pub(crate) mod qvsm;
 mod raytraced;
 mod rmsm;
 mod rmsm_pages;
 mod rmsm_pictures;
+mod rmsm_sampling;
+mod sampling;
 mod spec;
+mod tiles;
+pub(crate) mod tree;
 mod tsm;
 mod uniform;
 mod warp;
 
+pub use crate::gpu::structs::SamplingError;
 #[doc(hidden)]
 pub use izb::{Lists as IzbLists, lists as izb_lists};
+pub use sampling::Sampling;
+#[doc(hidden)]
+pub use sampling::SamplingInputs;
 pub use spec::MethodSpec;
 
 use crate::Light;
@@ -150,6 +161,13 @@ pub trait Method {
     fn debug_pictures(&mut self, _lab: &Lab) -> Result<Vec<DebugPicture>, LabError> {
         Ok(Vec::new())
     }
+    /// How large the texels of a light's map looked in the last frame's image; `None` for methods that cannot tell.
+    ///
+    /// # Errors
+    /// As [`Method::visibility`].
+    fn sampling(&mut self, _lab: &Lab, _light: usize) -> Result<Option<Sampling>, LabError> {
+        Ok(None)
+    }
     /// The last frame's visibility on the device; `None` where it is computed on the CPU.
     fn masks(&self) -> Option<Masks<'_>> {
         None
@@ -176,8 +194,18 @@ pub trait Method {
 }
 
 /// All methods; the first is the default.
-pub static METHODS: &[MethodInfo] =
-    &[rmsm::INFO, uniform::INFO, csm::INFO, lispsm::INFO, tsm::INFO, psm::INFO, izb::INFO, raytraced::INFO];
+pub static METHODS: &[MethodInfo] = &[
+    rmsm::INFO,
+    uniform::INFO,
+    csm::INFO,
+    lispsm::INFO,
+    tsm::INFO,
+    psm::INFO,
+    fvsm::INFO,
+    qvsm::INFO,
+    izb::INFO,
+    raytraced::INFO,
+];
 
 fn info(spec: &MethodSpec) -> Result<&'static MethodInfo, LabError> {
     METHODS.iter().find(|method| method.name == spec.name).ok_or_else(|| {

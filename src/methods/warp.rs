@@ -4,7 +4,7 @@
 
 use super::comparison::Comparison;
 use super::map::{self, Given, Map, Screen, Shape, Step};
-use super::{FrameTimes, Masks, Method, MethodSpec, Parameter, Statistics, map_light};
+use super::{FrameTimes, Masks, Method, MethodSpec, Parameter, Sampling, Statistics, map_light, map_sampling};
 use crate::gpu::structs::{Slices, WarpMeasure, WarpPush, WarpRecord};
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Buffer, Compute, spirv};
@@ -80,8 +80,13 @@ impl Warp {
         let gpu = lab.gpu();
         let screen = Screen::new(lab)?;
         let Settings { resolution: side, comparison, .. } = settings;
-        let map =
-            Map::new(spec, lab, &screen, &lab.view().lights[0], Shape { side, layers: 1, blend: 0.0, comparison })?;
+        let map = Map::new(
+            spec,
+            lab,
+            &screen,
+            &lab.view().lights[0],
+            Shape { side, layers: 1, tiled: false, blend: 0.0, comparison },
+        )?;
         let record = Buffer::storage(gpu, "warp", size_of::<WarpRecord>() as u64, vk::BufferUsageFlags::empty())?;
         let own = [Binding::Storage(&record), Binding::Storage(map.fits())];
         let measured = [&map.samples(&screen)[..], &own].concat();
@@ -149,6 +154,12 @@ impl Method for Warp {
 
     fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {
         super::of_light(&self.map, self.name, light)?.visibility(lab)
+    }
+
+    fn sampling(&mut self, lab: &Lab, light: usize) -> Result<Option<Sampling>, LabError> {
+        super::of_light(&self.map, self.name, light)
+            .and_then(|map| map_sampling::sampling(lab, &self.screen, map))
+            .map(Some)
     }
 
     fn masks(&self) -> Option<Masks<'_>> {

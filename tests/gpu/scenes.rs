@@ -316,3 +316,12 @@ pub fn shards(size: [u32; 2], seed: u64) -> (Scene, View) {
     let sun = [lcg.between(-1.5, 1.5), -1.0, lcg.between(-1.5, 1.5)];
     (b.finish(), view([3.0, 5.0, 7.0], [0.0, 0.2, 0.0], sun, size))
 }
+
+/// Flat ground in front of an eye 1 m above it that looks along -z; it ends `far` metres away, beyond both sides of the image.
+pub fn ground(size: [u32; 2], far: f64, fov_y_deg: f64) -> (Scene, View) {
+    let mut b = Builder::new("ground");
+    b.add(OPAQUE, &sheet(1, |u, v| DVec3::new((u - 0.5) * far, 0.0, -v * far)));
+    let (scene, mut view) = (b.finish(), view([0.0, 1.0, 0.0], [0.0, 1.0, -1.0], [0.0, -1.0, 0.0], size));
+    (view.camera.fov_y_deg, view.camera.far) = (fov_y_deg, 2.0 * far);
+    (scene, view)
+}
