@@ -49,6 +49,8 @@ mod request;
 mod sampling;
 #[path = "gpu/scenes.rs"]
 mod scenes;
+#[path = "gpu/silhouette.rs"]
+mod silhouette;
 #[path = "gpu/sort.rs"]
 mod sort;
 #[path = "gpu/validation.rs"]

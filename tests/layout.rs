@@ -8,9 +8,10 @@ use spirv::{assert_layout, check_layout, committed, files, path, read};
 use std::collections::BTreeSet;
 use std::mem::offset_of;
 use umbrage::gpu::structs::{
-    AtlasPush, ChoosePush, Counters, Face, Fit, Frame, ItemPush, LightRecord, MapLight, MeshBounds, Node, Page,
-    PreparePush, QvsmPush, Region, RequestPush, RetryPush, SamplingError, ShadeLight, ShadePush, Slices, Slot,
-    TileCounts, Tracked, TreeMeasurePush, TreeRequestPush, TreeState, TrianglePush, WarpMeasure, WarpPush, WarpRecord,
+    AtlasPush, ChoosePush, Counters, Edge, EdgeRun, Face, Fit, Frame, ItemPush, LightRecord, MapLight, MeshBounds,
+    Node, Page, PreparePush, QvsmPush, Region, RequestPush, RetryPush, SamplingError, ShadeLight, ShadePush, Slices,
+    Slot, TileCounts, Tracked, TreeMeasurePush, TreeRequestPush, TreeState, TrianglePush, WarpMeasure, WarpPush,
+    WarpRecord,
 };
 use umbrage::scene::{Cluster, Instance, Material};
 
@@ -113,6 +114,8 @@ fn map_structs_are_those_of_the_shaders() {
     let error = fields!(SamplingError, s t perspective_s perspective_t part);
     assert_layout::<SamplingError>(&all, "SamplingError", error);
     assert_layout::<Slices>(&all, "Slices", fields!(Slices, extremes outside splits));
+    assert_layout::<Edge>(&all, "Edge", fields!(Edge, ends first count));
+    assert_layout::<EdgeRun>(&all, "EdgeRun", fields!(EdgeRun, instance first count));
     assert_eq!(offset_of!(MapLight, rule) + 16, size_of::<MapLight>());
 }
 
@@ -169,6 +172,8 @@ fn no_struct_is_forgotten() {
         "DrawCommand",
         "Fit",
         "Face",
+        "Edge",
+        "EdgeRun",
         "ShadeLight",
         "SamplingError",
         "TileItem",

@@ -19,6 +19,10 @@ layout(binding = 6) uniform sampler2DArray map;
 layout(binding = 7, r32f) writeonly uniform image2D visibility_image;
 layout(binding = 8) uniform sampler2DArray second_map;  // with BIAS_MIDPOINT and BIAS_DUAL
 layout(std430, binding = 9) readonly buffer Picked { uint picked[]; };  // with TILES
+layout(constant_id = 7) const uint SILHOUETTES = 0u;
+layout(binding = 10) uniform sampler2DArray silhouette_map;  // with SILHOUETTES
+
+#include "methods/silhouette_lookup.glsl"
 
 uint layer_count(uvec2 layers) { return 1u; }
 uint layer_of(uvec2 layers, uint i) { return layers.x; }
@@ -38,21 +42,49 @@ float z_of(float depth) {
     return (depth - light.depth.y) / light.depth.x;
 }
 
-// Whether a sample is lit without a look at its plane elsewhere. `size`: of a texel, `slope`: change of z to the next; world
-// units; `q`: what divides stored depths.
-bool lit_by_depth(uint layer, float z, ivec2 texel, float size, vec2 slope, float q) {
-    float nearest = z_of(texelFetch(map, ivec3(texel, layer), 0).r * q);
+// A sample as a layer holds it.
+struct Held {
+    float z;      // in light space, world units
+    float q;      // what divides stored depths
+    float size;   // of a texel, world units
+    vec2 slope;   // change of z to the next texel, in the receiver's plane
+    Plane plane;  // stored depth over the texels, nearer to the light by the bias; with BIAS_PLANE
+};
+
+// Whether a texel lets light pass to a sample.
+bool lit_by(uint layer, Held held, ivec2 texel) {
+    float caster = texelFetch(map, ivec3(texel, layer), 0).r;
+    if (BIAS == BIAS_PLANE) {
+        return held.plane.depth + dot(held.plane.slope, vec2(texel) + 0.5 - held.plane.texel) >= caster;
+    }
+    float nearest = z_of(caster * held.q);
     // rounding
     float stored = nearest + light.rule.y;
     if (BIAS == BIAS_CONSTANT) {
-        stored += light.rule.x * size;
+        stored += light.rule.x * held.size;
     } else if (BIAS == BIAS_SLOPE) {
-        stored += light.rule.x * (0.25 * size + 0.5 * (abs(slope.x) + abs(slope.y)));
+        stored += light.rule.x * (0.25 * held.size + 0.5 * (abs(held.slope.x) + abs(held.slope.y)));
     } else if (BIAS == BIAS_MIDPOINT || BIAS == BIAS_DUAL) {
-        float behind = 0.5 * (z_of(texelFetch(second_map, ivec3(texel, layer), 0).r * q) - nearest);
-        stored += BIAS == BIAS_DUAL ? min(behind, light.rule.x * size) : behind;
+        float behind = 0.5 * (z_of(texelFetch(second_map, ivec3(texel, layer), 0).r * held.q) - nearest);
+        stored += BIAS == BIAS_DUAL ? min(behind, light.rule.x * held.size) : behind;
     }
-    return z <= stored;
+    return held.z <= stored;
+}
+
+// By the four texels around a sample, or, where they differ, by the one that the silhouettes between them leave to it.
+bool lit_by_corners(uint layer, Held held, vec2 at) {
+    vec2 p = at - 0.5;
+    ivec2 low = ivec2(floor(p));
+    ivec2 last = textureSize(map, 0).xy - 1;
+    bool lit[4];
+    for (int i = 0; i < 4; i++) {
+        lit[i] = lit_by(layer, held, clamp(low + ivec2(i & 1, i >> 1), ivec2(0), last));
+    }
+    if (lit[0] == lit[1] && lit[1] == lit[2] && lit[2] == lit[3]) {
+        return lit[0];
+    }
+    ivec2 corner = corner_of(layer, low, p - vec2(low));
+    return lit[corner.x + 2 * corner.y];
 }
 
 // False where the layer does not hold the sample.
@@ -77,21 +109,17 @@ bool look_up(uint layer, uvec2 pixel, Sample s, out float lit) {
     float facing = has_position() ? dot(normal, ls) : normal.z;
     vec2 across = clamp(-normal.xy * w / facing, -200.0, 200.0);
     vec2 slope = w * vec2(dot(across, along[0]), dot(across, along[1]));
-    if (BIAS != BIAS_PLANE) {
-        lit = lit_by_depth(layer, ls.z, ivec2(texel), max(size.x, size.y), slope, q) ? 1.0 : 0.0;
-        return true;
-    }
     float bias = light.rule.x * receiver_bias(max(size.x, size.y), slope) + light.rule.y;
     // stored depth is affine over the receiver's plane
     float nearer = has_position() ? max(ls.z - bias, 1e-6 * ls.z) : ls.z - bias;
     float per_z = has_position() ? -light.depth.y / (ls.z * ls.z) : light.depth.x;
     float depth = stored_depth(nearer) / q;
     vec2 change = (slope * per_z - depth * vec2(dot(fit.row_w.xy, along[0]), dot(fit.row_w.xy, along[1]))) / q;
+    Held held = Held(ls.z, q, max(size.x, size.y), slope, Plane(texel, depth, change, 0.0));
     if (FILTER != FILTER_HARD) {
-        lit = kernel_visibility(Plane(texel, depth, change, 0.0), uvec2(layer, 0u), pixel);
+        lit = kernel_visibility(held.plane, uvec2(layer, 0u), pixel);
     } else {
-        float caster = texelFetch(map, ivec3(ivec2(texel), layer), 0).r;
-        lit = depth + dot(change, floor(texel) + 0.5 - texel) >= caster ? 1.0 : 0.0;
+        lit = (SILHOUETTES == 1u ? lit_by_corners(layer, held, texel) : lit_by(layer, held, ivec2(texel))) ? 1.0 : 0.0;
     }
     return true;
 }

@@ -394,6 +394,26 @@ pub struct WarpPush {
     pub always: u32,
 }
 
+/// An edge of a mesh; see `glsl/methods/silhouette.glsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct Edge {
+    pub ends: [u32; 2],
+    pub first: u32,
+    pub count: u32,
+}
+
+/// Edges of an instance that one workgroup looks at; see `glsl/methods/silhouette.glsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct EdgeRun {
+    pub instance: u32,
+    pub first: u32,
+    pub count: u32,
+}
+
 /// A light that the window shades with; see `glsl/window/palette.glsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]

@@ -23,16 +23,24 @@ impl Comparison {
 
     /// A method's own keys, then the five.
     pub(super) const fn keys<const N: usize>(own: &[Parameter]) -> [Parameter; N] {
-        let five = [BIAS, DEPTH_BIAS, CULL, FILTER[0], FILTER[1]];
-        assert!(own.len() + five.len() == N);
-        let mut all = [BIAS; N];
-        let mut i = 0;
-        while i < N {
-            all[i] = if i < own.len() { own[i] } else { five[i - own.len()] };
-            i += 1;
-        }
-        all
+        joined(own, &[BIAS, DEPTH_BIAS, CULL, FILTER[0], FILTER[1]])
     }
+
+    /// The same of a method that filters nothing.
+    pub(super) const fn hard_keys<const N: usize>(own: &[Parameter]) -> [Parameter; N] {
+        joined(own, &[BIAS, DEPTH_BIAS, CULL])
+    }
+}
+
+const fn joined<const N: usize>(own: &[Parameter], rest: &[Parameter]) -> [Parameter; N] {
+    assert!(own.len() + rest.len() == N);
+    let mut all = [BIAS; N];
+    let mut i = 0;
+    while i < N {
+        all[i] = if i < own.len() { own[i] } else { rest[i - own.len()] };
+        i += 1;
+    }
+    all
 }
 
 /// How the map methods keep surfaces from shadowing themselves; as in `glsl/methods/bias.glsl`.

@@ -3,8 +3,10 @@
 use super::comparison::Comparison;
 use super::map_fit::{ANGLES, least_area};
 use super::map_light::Kind;
+use super::silhouette_edges::Edges;
+use super::silhouette_map::SilhouetteMap;
 use super::tiles::Tiles;
-use super::{Masks, MethodSpec, Statistics, map_light};
+use super::{DebugPicture, Masks, MethodSpec, Statistics, map_light};
 use crate::config::BEND;
 use crate::engine::depth_prepass::MeshDraw;
 use crate::engine::gradient::{Gradient, Receivers};
@@ -25,6 +27,8 @@ pub(super) struct Screen {
     pub(super) receivers: Receivers,
     gradient: Gradient,
     size: [u32; 2],
+    /// Where maps hold silhouettes too.
+    edges: Option<Edges>,
 }
 
 impl Screen {
@@ -33,7 +37,17 @@ impl Screen {
         let frame = constants_buffer(gpu, "frame constants", size_of::<Frame>())?;
         let receivers = Receivers::new(gpu, lab.view().size)?;
         let gradient = Gradient::new(gpu, Binding::Uniform(&frame), &lab.prepass().images(), &receivers)?;
-        Ok(Self { frame, receivers, gradient, size: lab.view().size })
+        Ok(Self { frame, receivers, gradient, size: lab.view().size, edges: None })
+    }
+
+    /// For maps that hold silhouettes too.
+    pub(super) fn with_edges(lab: &Lab) -> Result<Self, LabError> {
+        Ok(Self { edges: Some(Edges::new(lab)?), ..Self::new(lab)? })
+    }
+
+    /// The scene's edges where maps hold silhouettes too.
+    pub(super) fn edges(&self) -> Option<&Edges> {
+        self.edges.as_ref()
     }
 
     /// Workgroups of a pass in which a thread walks down 32 pixels of a column.
@@ -226,6 +240,7 @@ pub(super) struct Map {
     image: Image,
     /// The second surface, where the bias asks for it.
     second: Option<Image>,
+    silhouettes: Option<SilhouetteMap>,
     visibility: Image,
     /// Without and with alpha test, for each layer.
     draws: Vec<[Graphics; 2]>,
@@ -256,18 +271,24 @@ impl Map {
             return Err(LabError::Refused(format!("'{spec}' has {layers} layers, this device allows {most}")));
         }
         use vk::{Format as F, ImageUsageFlags as I};
-        let usage = I::DEPTH_STENCIL_ATTACHMENT | I::SAMPLED;
+        // debug pictures copy what has silhouettes
+        let usage = I::DEPTH_STENCIL_ATTACHMENT | I::SAMPLED | I::TRANSFER_SRC;
         let spec = ImageSpec { format: F::D32_SFLOAT, width: side, height: side, layers, usage };
         let image = Image::new(gpu, "map", &spec)?;
         let second = bias.peels().then(|| Image::new(gpu, "second map", &spec)).transpose()?;
+        let edges = screen.edges.as_ref();
         let visibility = screen_image(lab, "visibility", F::R32_SFLOAT, I::STORAGE | I::TRANSFER_SRC)?;
         let count = shape.fitted();
-        let mut fitted = Fitted::new(lab, screen, kind, [side, layers, count, shape.border()], blend, 1)?;
+        // silhouettes are looked up around the texel beside a sample's
+        let border = shape.border() + u32::from(edges.is_some());
+        let mut fitted = Fitted::new(lab, screen, kind, [side, layers, count, border], blend, 1)?;
         let tiles = tiled.then(|| Tiles::new(lab, &shape, &fitted.light, &fitted.fits)).transpose()?;
         if let Some(tiles) = &tiles {
             fitted.choose = choose(gpu, &fitted.bounds, &tiles.root)?;
         }
         let fits = &fitted.fits;
+        let silhouettes =
+            edges.map(|edges| SilhouetteMap::new(lab, edges, (&fitted.light, fits, &image), position)).transpose()?;
         let scene = lab.scene_buffers();
         let samples = fitted.samples(screen);
         // without tiles the shaders do not read them
@@ -334,8 +355,18 @@ impl Map {
                     Binding::StorageImage(&visibility),
                     Binding::Sampled(second.as_ref().unwrap_or(&image)),
                     picked,
+                    Binding::Sampled(silhouettes.as_ref().map_or(&image, SilhouetteMap::points)),
                 ],
-                &[count, position, kind_of_filter, taps, bias as u32, blend.to_bits(), tiled.into()],
+                &[
+                    count,
+                    position,
+                    kind_of_filter,
+                    taps,
+                    bias as u32,
+                    blend.to_bits(),
+                    tiled.into(),
+                    silhouettes.is_some().into(),
+                ],
             )?,
             shape,
             fitted,
@@ -343,6 +374,7 @@ impl Map {
             image,
             second,
             peels,
+            silhouettes,
             visibility,
             gpu: gpu.clone(),
         })
@@ -386,6 +418,16 @@ impl Map {
         Ok(bytemuck::pod_collect_to_vec(&lab.read_image(&self.visibility, Access::TransferRead, 4)?))
     }
 
+    /// What a map that holds silhouettes too has beside; `None` for others.
+    pub(super) fn silhouettes(&self) -> Option<&SilhouetteMap> {
+        self.silhouettes.as_ref()
+    }
+
+    /// The first layer with its silhouettes, where the map holds them.
+    pub(super) fn debug_pictures(&self, lab: &Lab) -> Result<Vec<DebugPicture>, LabError> {
+        self.silhouettes.iter().map(|silhouettes| silhouettes.picture(lab, &self.image)).collect()
+    }
+
     /// Readable by transfers outside of [`Self::look_up`].
     pub(super) fn visibility_image(&self) -> &Image {
         &self.visibility
@@ -393,6 +435,11 @@ impl Map {
 
     pub(super) fn shape(&self) -> &Shape {
         &self.shape
+    }
+
+    /// The fit of a layer to what it must hold.
+    pub(super) fn fit(&self, points: &[DVec2]) -> Fit {
+        least_area(points, self.shape.side.into(), self.fitted.border.into())
     }
 
     /// The first surface, then, where it is asked for, the second; both are left for lookups.
@@ -485,6 +532,9 @@ impl Fits for Map {
     }
 
     fn reset(&self, cmd: vk::CommandBuffer) {
+        if let Some(silhouettes) = &self.silhouettes {
+            silhouettes.reset(cmd);
+        }
         if let Some(tiles) = &self.tiles {
             tiles.reset(cmd);
         }
@@ -528,6 +578,10 @@ pub(super) fn record(
     record_fits((lab, camera), (cmd, timer), screen, maps, given, steps);
     maps.iter().for_each(|map| map.draw(lab, cmd));
     timer.mark(cmd, "map");
+    if screen.edges.is_some() {
+        maps.iter().filter_map(|map| map.silhouettes.as_ref()).for_each(|silhouettes| silhouettes.record(cmd));
+        timer.mark(cmd, "silhouettes");
+    }
     maps.iter().for_each(|map| map.look_up(cmd, screen));
     timer.mark(cmd, "lookup");
 }
@@ -585,16 +639,21 @@ pub(super) fn masks(maps: &[Map]) -> Masks<'_> {
 /// Device memory by purpose, in bytes.
 pub(super) fn memory(screen: &Screen, maps: &[Map]) -> Vec<(&'static str, u64)> {
     let sum = |bytes: fn(&Map) -> u64| maps.iter().map(bytes).sum::<u64>();
-    vec![
+    let mut memory = vec![
         ("map", sum(|m| m.image.bytes + m.second.as_ref().map_or(0, |second| second.bytes))),
         ("screen", screen.receivers.bytes() + sum(|m| m.visibility.bytes)),
         ("other", screen.frame.size + sum(|m| m.fitted.bytes() + m.tiles.as_ref().map_or(0, |tiles| tiles.bytes))),
-    ]
+    ];
+    if let Some(edges) = &screen.edges {
+        memory.push(("silhouettes", sum(|m| m.silhouettes.as_ref().map_or(0, SilhouetteMap::bytes))));
+        memory.push(("edges", edges.bytes()));
+    }
+    memory
 }
 
 /// Statistics of the last frame of all lights.
 pub(super) fn statistics(lab: &Lab, maps: &[Map]) -> Result<Statistics, LabError> {
-    let (mut effective_resolution, mut outside, mut dropped) = (0.0f64, 0, None);
+    let (mut effective_resolution, mut outside, mut dropped, mut found) = (0.0f64, 0, None, None);
     for (map, light) in maps.iter().zip(&lab.view().lights) {
         let fits: Vec<Fit> = bytemuck::pod_collect_to_vec(&lab.read_buffer(map.fits())?);
         let texels = fits[..map.shape.layers as usize].iter().map(|f| f64::from(f.texel[0].min(f.texel[1])));
@@ -604,8 +663,12 @@ pub(super) fn statistics(lab: &Lab, maps: &[Map]) -> Result<Statistics, LabError
         if let Some(tiles) = &map.tiles {
             dropped = Some(dropped.unwrap_or(0) + tiles.dropped(lab)?);
         }
+        if let Some(silhouettes) = &map.silhouettes {
+            found = Some(found.unwrap_or(0) + silhouettes.found(lab)?.len() as u64);
+        }
     }
     let mut counters = vec![("outside", outside)];
     counters.extend(dropped.map(|count| ("dropped", count)));
+    counters.extend(found.map(|count| ("silhouettes", count)));
     Ok(Statistics { effective_resolution, counters, ..Statistics::default() })
 }

@@ -18,6 +18,9 @@ mod rmsm_pages;
 mod rmsm_pictures;
 mod rmsm_sampling;
 mod sampling;
+mod silhouette;
+mod silhouette_edges;
+mod silhouette_map;
 mod spec;
 mod tiles;
 pub(crate) mod tree;
@@ -31,6 +34,10 @@ pub use izb::{Lists as IzbLists, lists as izb_lists};
 pub use sampling::Sampling;
 #[doc(hidden)]
 pub use sampling::SamplingInputs;
+#[doc(hidden)]
+pub use silhouette::SilhouetteStage;
+#[doc(hidden)]
+pub use silhouette_edges::Outline;
 pub use spec::MethodSpec;
 
 use crate::Light;
@@ -204,6 +211,7 @@ pub static METHODS: &[MethodInfo] = &[
     fvsm::INFO,
     qvsm::INFO,
     izb::INFO,
+    silhouette::INFO,
     raytraced::INFO,
 ];
 

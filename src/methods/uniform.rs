@@ -6,7 +6,8 @@ use super::comparison::Comparison;
 use super::map::{self, Given, Map, Screen, Shape};
 use super::map_fit::{across, box_corners, frustum_in_box};
 use super::{
-    FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Sampling, Statistics, map_light, map_sampling,
+    DebugPicture, FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Sampling, Statistics, map_light,
+    map_sampling,
 };
 use crate::Light;
 use crate::engine::constants::light_axes;
@@ -15,28 +16,30 @@ use crate::lab::{Lab, LabError};
 use bytemuck::Zeroable;
 use glam::{DVec2, DVec3};
 
-const PARAMETERS: [Parameter; 7] = Comparison::keys(&[
-    Parameter {
-        key: "resolution",
-        default: "4096",
-        allowed: "64 to 16384",
-        meaning: "side of the map in texels; a cube's maps share the same number of texels",
-    },
-    Parameter {
-        key: "fit",
-        default: "samples",
-        allowed: "scene, frustum or samples",
-        meaning: "what the map is fitted to; for spot and point lights scene is the whole cone or cube, and frustum is refused",
-    },
-]);
+const RESOLUTION: u32 = 4096;
+
+pub(super) const SIDE: Parameter = Parameter {
+    key: "resolution",
+    default: "4096",
+    allowed: "64 to 16384",
+    meaning: "side of the map in texels; a cube's maps share the same number of texels",
+};
+pub(super) const FIT: Parameter = Parameter {
+    key: "fit",
+    default: "samples",
+    allowed: "scene, frustum or samples",
+    meaning: "what the map is fitted to; for spot and point lights scene is the whole cone or cube, and frustum is refused",
+};
+
+const PARAMETERS: [Parameter; 7] = Comparison::keys(&[SIDE, FIT]);
 
 pub(super) const INFO: MethodInfo = MethodInfo {
     name: "uniform",
     source: "Williams 1978; Eisemann et al. 2011, 2.2 and 4.1",
     summary: "One conventional map, fitted on the GPU to the visible samples that face the light, turned to least area",
     parameters: &PARAMETERS,
-    check: |spec| settings(spec).map(|_| ()),
-    create: |spec, lab| Ok(Box::new(Uniform::new(spec, lab)?)),
+    check: |spec| settings(spec, RESOLUTION).map(|_| ()),
+    create: |spec, lab| Ok(Box::new(Uniform::new(spec, lab, settings(spec, RESOLUTION)?, Screen::new(lab)?)?)),
 };
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -46,16 +49,17 @@ enum FitTo {
     Samples,
 }
 
-struct Settings {
+pub(super) struct Settings {
     resolution: u32,
     fit: FitTo,
     comparison: Comparison,
 }
 
-fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
+/// What the keys say; `resolution`: the default.
+pub(super) fn settings(spec: &MethodSpec, resolution: u32) -> Result<Settings, LabError> {
     Ok(Settings {
-        resolution: spec.u32_in("resolution", 4096, 64..=16384)?,
-        fit: match spec.one_of("fit", "samples", &["scene", "frustum", "samples"])? {
+        resolution: spec.u32_in(SIDE.key, resolution, 64..=16384)?,
+        fit: match spec.one_of(FIT.key, FIT.default, &["scene", "frustum", "samples"])? {
             "scene" => FitTo::Scene,
             "frustum" => FitTo::Frustum,
             _ => FitTo::Samples,
@@ -65,6 +69,7 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
 }
 
 pub(super) struct Uniform {
+    name: String,
     settings: Settings,
     screen: Screen,
     /// One for each light.
@@ -72,22 +77,26 @@ pub(super) struct Uniform {
 }
 
 impl Uniform {
-    pub(super) fn new(spec: &MethodSpec, lab: &Lab) -> Result<Self, LabError> {
-        let settings = settings(spec)?;
+    /// Maps of silhouettes too where `screen` has edges.
+    pub(super) fn new(spec: &MethodSpec, lab: &Lab, settings: Settings, screen: Screen) -> Result<Self, LabError> {
         let lights = &lab.view().lights;
         if settings.fit == FitTo::Frustum && lights.iter().any(|l| map_light::half_side(l).is_some()) {
             return Err(LabError::Refused(format!(
                 "'{spec}': fit=frustum serves directional lights; allowed for spot and point lights is fit=scene or samples"
             )));
         }
-        let screen = Screen::new(lab)?;
         let shape = |light| {
             let layers = map_light::layers(light);
             let side = (f64::from(settings.resolution) / f64::from(layers).sqrt()) as u32;
             Shape { side, layers, tiled: false, blend: 0.0, comparison: settings.comparison }
         };
         let maps = lights.iter().map(|l| Map::new(spec, lab, &screen, l, shape(l))).collect::<Result<_, _>>()?;
-        Ok(Self { settings, screen, maps })
+        Ok(Self { name: spec.name.clone(), settings, screen, maps })
+    }
+
+    /// What all lights share, and the map of the first.
+    pub(super) fn first(&self) -> (&Screen, &Map) {
+        (&self.screen, &self.maps[0])
     }
 
     /// The fit of each layer that needs no look at the samples.
@@ -99,7 +108,7 @@ impl Uniform {
                 across(&self.parallel_points(lab), eye, light_axes(map_light::direction(light))?)
             }
         };
-        Ok(vec![map.shape().fit(&points); map.shape().layers as usize])
+        Ok(vec![map.fit(&points); map.shape().layers as usize])
     }
 
     /// Corners of what a parallel light's map covers, relative to the scene's origin.
@@ -137,11 +146,11 @@ impl Method for Uniform {
     }
 
     fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {
-        super::of_light(&self.maps, INFO.name, light)?.visibility(lab)
+        super::of_light(&self.maps, &self.name, light)?.visibility(lab)
     }
 
     fn sampling(&mut self, lab: &Lab, light: usize) -> Result<Option<Sampling>, LabError> {
-        super::of_light(&self.maps, INFO.name, light)
+        super::of_light(&self.maps, &self.name, light)
             .and_then(|map| map_sampling::sampling(lab, &self.screen, map))
             .map(Some)
     }
@@ -156,5 +165,9 @@ impl Method for Uniform {
 
     fn statistics(&mut self, lab: &Lab) -> Result<Statistics, LabError> {
         map::statistics(lab, &self.maps)
+    }
+
+    fn debug_pictures(&mut self, lab: &Lab) -> Result<Vec<DebugPicture>, LabError> {
+        self.maps.first().map_or(Ok(Vec::new()), |map| map.debug_pictures(lab))
     }
 }

@@ -59,6 +59,7 @@ fn directional_maps_match_the_reference() {
             "lispsm:resolution=2048,warp=always,distance=1000",
             "tsm:resolution=2048,warp=always",
             "psm:resolution=2048",
+            "silhouette:resolution=2048",
             "csm:resolution=1024,bias=midpoint",
             "csm:resolution=4096,fit=frustum,snap=true",
         ] {
@@ -255,9 +256,10 @@ fn every_sample_lies_in_the_map_of_its_layer() {
                 "lispsm:resolution=512,warp=always",
                 "tsm:resolution=512,warp=always",
                 "psm:resolution=512,warp=always",
+                "silhouette:resolution=64",
             ][..],
         ),
-        (point, &["uniform:resolution=256", "uniform:resolution=256,fit=scene"]),
+        (point, &["uniform:resolution=256", "uniform:resolution=256,fit=scene", "silhouette:resolution=256"]),
         (wide, &["uniform:resolution=256", "uniform:resolution=256,fit=scene"]),
     ] {
         view.lights = vec![light];
@@ -326,6 +328,7 @@ fn unserved_lights_are_refused() {
         (&point, "psm", "directional"),
         (&cone, "uniform:fit=frustum", "fit=frustum"),
         (&point, "uniform:fit=frustum", "fit=frustum"),
+        (&cone, "silhouette:fit=frustum", "fit=frustum"),
     ] {
         let (scene, view) = with_light(scenes::sphere_on_plane([16, 16]), light);
         let lab = Bench::new(scene, view);
@@ -342,7 +345,7 @@ fn another_kind_of_light_is_refused_later() {
     let at = DVec3::new(0.0, 4.0, 0.0);
     let (scene, view) = scenes::sphere_on_plane([16, 16]);
     let mut lab = Bench::new(scene, view.clone());
-    for spec in ["uniform:resolution=64", "csm:resolution=64", "lispsm:resolution=64"] {
+    for spec in ["uniform:resolution=64", "csm:resolution=64", "lispsm:resolution=64", "silhouette:resolution=64"] {
         let mut method = method(&lab, spec).unwrap();
         method.frame(&lab).unwrap();
         let cone = spot(at, -DVec3::Y, 30.0, 10.0);
