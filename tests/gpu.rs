@@ -37,6 +37,8 @@ mod host;
 mod hybrid;
 #[path = "gpu/images.rs"]
 mod images;
+#[path = "gpu/izb.rs"]
+mod izb;
 #[path = "gpu/lacking.rs"]
 mod lacking;
 #[path = "gpu/lights.rs"]

@@ -19,8 +19,6 @@ layout(constant_id = 7) const bool RANGED = false;  // whether `ranges` are know
 layout(constant_id = 8) const bool EXACT = false;     // whether what the map cannot decide is left to rays
 layout(constant_id = 9) const uint RAY_CAPACITY = 0u;
 layout(constant_id = 10) const uint SAMPLES = 1u;     // of a pixel, with EXACT
-// The surface may rise above the plane of a pixel's middle by this share of the way from there: samples are moved so far
-// towards the light that it does not shadow itself, for no more than the way.
 layout(constant_id = 11) const float BEND = 0.0;
 layout(std140, binding = 0) uniform FrameBlock { Frame frame; };
 layout(binding = 1) uniform sampler2D depth_image;
@@ -88,36 +86,13 @@ int find_view(uint slot, Light light, vec3 from_eye, vec3 n, vec3 dx, vec3 dy, o
     return MAP_LOOK;
 }
 
-// Part of a sample's way from the middle of its pixel by which it is moved towards the light.
-float towards_light(Light light, vec3 from_eye, vec3 n) {
-    vec3 way = is_sun(light) ? light.axis_z.xyz : normalize(from_eye + light.eye.xyz);
-    return BEND / max(-dot(n, way), BEND);
-}
+#include "shared/sub_sample.glsl"
 
-// A side of a pixel on the receiver's plane: not lifted off it by rounding, and where the plane is seen edge-on no longer than
-// the way to the eye.
-vec3 pixel_side(vec3 from_eye, vec3 n, vec3 d) {
-    d -= n * dot(n, d);
-    return d * min(1.0, length(from_eye) / max(length(d), 1e-30));
-}
-
-// `sample_places` of src/config.rs: Hammersley's points, no two in a row or a column. They are the same in all pixels: turned
-// ones would trade steps that follow an edge for noise.
-vec2 sample_place(uint i) {
-    float least = 0.5 / float(SAMPLES) - 0.5;
-    return vec2(float(i) / float(SAMPLES), float(bitfieldReverse(i)) / 4294967296.0) + least;
-}
+// In which a light travels at a receiver.
+vec3 way_of(Light light, vec3 from_eye) { return is_sun(light) ? light.axis_z.xyz : normalize(from_eye + light.eye.xyz); }
 
 vec3 sample_point(uint i, Light light, vec3 from_eye, vec3 n, vec3 side_x, vec3 side_y) {
-    if (SAMPLES == 1u) {
-        return from_eye;
-    }
-    vec2 place = sample_place(i);
-    vec3 shift = place.x * side_x + place.y * side_y;
-    vec3 at = from_eye + shift;
-    float move = length(shift) * towards_light(light, at, n);
-    vec3 q = at + light.eye.xyz;
-    return at - (is_sun(light) ? move * light.axis_z.xyz : q * min(move / length(q), 0.5));
+    return sub_sample(i, is_sun(light), is_sun(light) ? light.axis_z.xyz : light.eye.xyz, from_eye, n, side_x, side_y);
 }
 
 // What the map says of the samples of a pixel.
@@ -152,7 +127,7 @@ bool page_decides(uint slot, Light light, vec3 from_eye, vec3 n, vec3 side_x, ve
         return false;
     }
     // as many quads as the samples one by one take
-    float rise = view.rise * towards_light(light, from_eye, n);
+    float rise = view.rise * towards_light(way_of(light, from_eye), n);
     int all = map_decides_all(plane, view.layers, view.fine, extent, rise * farthest, 2.0 * float(SAMPLES));
     samples.lit = all == MAP_LIT ? SAMPLES : 0u;
     for (uint i = 0u; i < SAMPLES && all == MAP_UNDECIDED; i++) {

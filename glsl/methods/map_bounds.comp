@@ -31,13 +31,15 @@ void measure(uint layer) {
             continue;
         }
         any_sample = true;
-        vec3 ls = light_space(face_of(layer), s.from_eye);
-        vec2 t = ls.xy / divisor(ls.z);
-        for (uint a = 0u; a < ANGLES; a++) {
-            float angle = float(a) * (1.57079632679 / float(ANGLES));
-            vec2 uv = vec2(cos(angle) * t.x + sin(angle) * t.y, cos(angle) * t.y - sin(angle) * t.x);
-            high[a] = max(high[a], uv);
-            low[a] = max(low[a], -uv);
+        for (uint i = 0u; i < SAMPLES; i++) {
+            vec3 ls = light_space(face_of(layer), ray_start(sample_point(i, pixel, depth, s), s));
+            vec2 t = ls.xy / divisor(ls.z);
+            for (uint a = 0u; a < ANGLES; a++) {
+                float angle = float(a) * (1.57079632679 / float(ANGLES));
+                vec2 uv = vec2(cos(angle) * t.x + sin(angle) * t.y, cos(angle) * t.y - sin(angle) * t.x);
+                high[a] = max(high[a], uv);
+                low[a] = max(low[a], -uv);
+            }
         }
     }
     if (any_sample) {

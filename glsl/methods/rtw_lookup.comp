@@ -5,10 +5,10 @@
 
 // Through a rectilinear warp (Rosen 2012, 4.4). The plane is compared at a texel's centre as it lies without the warp; a kernel takes
 // the texels around for as large.
-#define CELLS_CONSTANT 9
+#define CELLS_CONSTANT 11
 #define WARP_BINDING 12
 #include "methods/rtw.glsl"
-layout(constant_id = 10) const uint SIDE = 2048u;
+layout(constant_id = 12) const uint SIDE = 2048u;
 #define CENTRES_BINDING 13
 #include "methods/rtw_centres.glsl"
 

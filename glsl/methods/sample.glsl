@@ -58,3 +58,23 @@ bool shone_on(uvec2 pixel, inout Sample s) {
     float away = length(p);
     return dot(turned(0u, s.normal), p) < 0.0 && away <= light.rule.z && p.z >= light.rule.w * away;
 }
+
+layout(constant_id = 9) const uint SAMPLES = 1u;  // of a pixel
+layout(constant_id = 10) const float BEND = 0.0;   // see sub_sample.glsl
+#include "shared/sub_sample.glsl"
+
+// Sample i of a pixel, after `shone_on`.
+vec3 sample_point(uint i, uvec2 pixel, float depth, Sample s) {
+    vec3 dx = vec3(0.0), dy = vec3(0.0);
+    if (SAMPLES > 1u) {
+        decode_derivatives(frame, texelFetch(receiver_image, ivec2(pixel), 0), depth, dx, dy);
+        dx = pixel_side(s.from_eye, s.normal, dx);
+        dy = pixel_side(s.from_eye, s.normal, dy);
+    }
+    Face face = light.faces[0];
+    vec3 eye = face.x.w * face.x.xyz + face.y.w * face.y.xyz + face.z.w * face.z.xyz;
+    return sub_sample(i, !has_position(), has_position() ? eye : face.z.xyz, s.from_eye, s.normal, dx, dy);
+}
+
+// Where a ray from there starts: off the surface by `ray_offset`, which is 0 for methods that do not ask for it.
+vec3 ray_start(vec3 point, Sample s) { return point + ray_offset(frame, s.from_eye) * s.normal; }

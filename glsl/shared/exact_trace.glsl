@@ -7,10 +7,6 @@ layout(std430, binding = 1) readonly buffer Rays { vec4 rays[]; };  // two each:
 layout(std430, binding = 2) writeonly buffer Visibility { uint visibility[]; };
 layout(push_constant) uniform Push { uint capacity; };
 
-// How far a receiver may lie off its surface, in its distances from the eye: twice what was seen at 2 cm from a triangle of
-// 10 km.
-const float SNAP = 5e-3;
-
 void main() {
     uint index = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u + gl_LocalInvocationIndex;
     if (index >= min(count, capacity)) {

@@ -14,6 +14,10 @@ layout(std430, binding = RAY_BINDING + 5) readonly buffer Texels { uint texels[]
 // Share of the ray on both sides of its origin in which a surface is looked for, beyond the rounding of what meets triangles.
 const float SEARCH = 0.1;
 
+// How far a receiver may lie off its surface, in its distances from the eye: twice what was seen at 2 cm from a triangle of
+// 10 km.
+const float SNAP = 5e-3;
+
 #include "shared/position.glsl"
 
 // A point of a triangle: its vertices and their weights.

@@ -74,6 +74,7 @@ impl DepthPrepass {
             positions: Some(scene.position_layout),
             attributes: true,
             colors: &[vk::Format::R32_UINT, vk::Format::R8G8B8A8_UNORM],
+            depth: true,
             depth_compare: vk::CompareOp::GREATER_OR_EQUAL,
             cull: vk::CullModeFlags::NONE,
         };

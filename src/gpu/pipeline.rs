@@ -298,6 +298,8 @@ pub(crate) struct GraphicsState<'a> {
     /// Whether binding 1 delivers texture coordinates (location 1) and colour (location 2).
     pub(crate) attributes: bool,
     pub(crate) colors: &'a [vk::Format],
+    /// Whether there is a depth attachment, which is then tested and written.
+    pub(crate) depth: bool,
     pub(crate) depth_compare: vk::CompareOp,
     pub(crate) cull: vk::CullModeFlags,
 }
@@ -309,6 +311,7 @@ impl GraphicsState<'static> {
             positions: Some(positions),
             attributes,
             colors: &[],
+            depth: true,
             depth_compare: vk::CompareOp::LESS_OR_EQUAL,
             cull: vk::CullModeFlags::NONE,
         }
@@ -326,7 +329,7 @@ pub(crate) fn set_area(device: &ash::Device, cmd: vk::CommandBuffer, area: vk::R
     }
 }
 
-/// A graphics pipeline for dynamic rendering with a D32 depth attachment.
+/// A graphics pipeline for dynamic rendering, with a D32 depth attachment or none.
 pub(crate) struct Graphics {
     pipeline: vk::Pipeline,
     layout: Layout,
@@ -406,8 +409,8 @@ impl Graphics {
         let samples =
             vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(vk::SampleCountFlags::TYPE_1);
         let depth = vk::PipelineDepthStencilStateCreateInfo::default()
-            .depth_test_enable(true)
-            .depth_write_enable(true)
+            .depth_test_enable(state.depth)
+            .depth_write_enable(state.depth)
             .depth_compare_op(state.depth_compare);
         let blend_targets = vec![
             vk::PipelineColorBlendAttachmentState::default()
@@ -419,7 +422,7 @@ impl Graphics {
         let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic_states);
         let mut rendering = vk::PipelineRenderingCreateInfo::default()
             .color_attachment_formats(state.colors)
-            .depth_attachment_format(vk::Format::D32_SFLOAT);
+            .depth_attachment_format(if state.depth { vk::Format::D32_SFLOAT } else { vk::Format::UNDEFINED });
         let info = [vk::GraphicsPipelineCreateInfo::default()
             .stages(&shader_stages)
             .vertex_input_state(&vertex_input)

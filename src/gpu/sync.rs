@@ -20,6 +20,9 @@ pub(crate) enum Access {
     GraphicsRead,
     /// The same there or in a compute shader: what a host may look up in its own shaders.
     LookupRead,
+    #[cfg_attr(not(feature = "lab"), allow(dead_code))] // the lab uses it
+    /// Read and written through a descriptor in a fragment shader.
+    FragmentWrite,
     IndexRead,
     DepthAttachment,
     ColorAttachment,
@@ -59,6 +62,7 @@ impl Access {
                 let (graphics, compute) = (Access::GraphicsRead.scope(), Access::ComputeRead.scope());
                 (graphics.0 | compute.0, graphics.1 | compute.1)
             }
+            Access::FragmentWrite => (S::FRAGMENT_SHADER, A::SHADER_STORAGE_READ | A::SHADER_STORAGE_WRITE),
             Access::IndexRead => (S::INDEX_INPUT, A::INDEX_READ),
             Access::DepthAttachment => (
                 S::EARLY_FRAGMENT_TESTS | S::LATE_FRAGMENT_TESTS,

@@ -32,6 +32,8 @@ pub(crate) struct LabDevice {
     pub(crate) handles: HostDevice,
     /// Whether tessellation is enabled: wherever there is any.
     pub(crate) tessellation: bool,
+    /// Whether fragment shaders may write to buffers; enabled where the device has it.
+    pub(crate) fragment_stores: bool,
     queue: vk::Queue,
     #[cfg_attr(not(feature = "window"), allow(dead_code))] // the window has a pool of its own
     family: u32,
@@ -338,6 +340,8 @@ fn open_on(
         let mut needs = gpu::requirements(&instance, physical_device);
         let tessellation = instance.get_physical_device_features(physical_device).tessellation_shader;
         needs.features.tessellation_shader = tessellation;
+        let stores = instance.get_physical_device_features(physical_device).fragment_stores_and_atomics;
+        needs.features.fragment_stores_and_atomics = stores;
         let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
         let mut extensions: Vec<*const c_char> = Vec::new();
         if surface.is_some() {
@@ -366,6 +370,7 @@ fn open_on(
                 ray_query,
             },
             tessellation: tessellation == vk::TRUE,
+            fragment_stores: stores == vk::TRUE,
             queue,
             family,
             pool: vk::CommandPool::null(),

@@ -181,6 +181,11 @@ impl Lab {
         self.device.tessellation
     }
 
+    /// Whether fragment shaders may write to buffers: the feature `fragmentStoresAndAtomics`, enabled where the device has it.
+    pub fn has_fragment_stores(&self) -> bool {
+        self.device.fragment_stores
+    }
+
     /// Messages of the validation layer so far; always empty without [`LabOptions::validation`].
     pub fn validation_messages(&self) -> Vec<String> {
         self.device.messages()

@@ -8,6 +8,8 @@ use super::silhouette_edges::Edges;
 use super::silhouette_map::SilhouetteMap;
 use super::tiles::Tiles;
 use super::{DebugPicture, Masks, MethodSpec, Statistics, map_light};
+use crate::config::BEND;
+use crate::engine::depth_prepass::MeshDraw;
 use crate::engine::gradient::{Gradient, Receivers};
 use crate::gpu::structs::{Fit, Frame, MapLight, Slices};
 use crate::gpu::sync::{self, Access};
@@ -121,7 +123,7 @@ pub(super) struct Given {
     pub(super) slices: Slices,
 }
 
-fn samples<'a>(screen: &'a Screen, light: &'a Buffer, slices: &'a Buffer) -> [Binding<'a>; 5] {
+fn samples_of<'a>(screen: &'a Screen, light: &'a Buffer, slices: &'a Buffer) -> [Binding<'a>; 5] {
     [
         Binding::Uniform(&screen.frame),
         Binding::Sampled(&screen.receivers.depth),
@@ -132,7 +134,7 @@ fn samples<'a>(screen: &'a Screen, light: &'a Buffer, slices: &'a Buffer) -> [Bi
 }
 
 /// What drawing reads: `glsl/methods/map_place.glsl`, pairs, and what tests of fragments need.
-fn casters<'a>(lab: &Lab, light: &'a Buffer, fits: &'a Buffer, pairs: Binding<'a>) -> [Binding<'a>; 6] {
+fn caster_bindings<'a>(lab: &Lab, light: &'a Buffer, fits: &'a Buffer, pairs: Binding<'a>) -> [Binding<'a>; 6] {
     let scene = lab.scene_buffers();
     [
         Binding::Uniform(light),
@@ -161,14 +163,112 @@ pub(super) struct Warped {
     pub(super) lookup: Compute,
 }
 
+/// What is fitted to the visible samples of one light.
+pub(super) struct Fitted {
+    kind: Kind,
+    side: u32,
+    border: u32,
+    /// Fits to samples.
+    count: u32,
+    light: Buffer,
+    bounds: Buffer,
+    pub(super) fits: Buffer,
+    slices: Buffer,
+    measure: Compute,
+    choose: Compute,
+}
+
+impl Fitted {
+    /// `sizes`: side of a layer in texels, layers, fits to samples, and texels around the samples that a fit holds too; `blend`:
+    /// as [`Shape::blend`]; `samples`: of a pixel, where a fit holds more than its middle.
+    pub(super) fn new(
+        lab: &Lab,
+        screen: &Screen,
+        kind: Kind,
+        [side, layers, count, border]: [u32; 4],
+        blend: f32,
+        samples: u32,
+    ) -> Result<Self, LabError> {
+        let gpu = lab.gpu();
+        let light = constants_buffer(gpu, "light constants", size_of::<MapLight>())?;
+        let storage = |name, each: usize, count: u32| {
+            Buffer::storage(gpu, name, each as u64 * u64::from(count), vk::BufferUsageFlags::empty())
+        };
+        let bounds = storage("sample bounds", 4 * 4, ANGLES * count)?;
+        let fits = storage("fits", size_of::<Fit>(), layers)?;
+        let slices = storage("slices", size_of::<Slices>(), 1)?;
+        let position = u32::from(kind != Kind::Parallel);
+        let measured = [&samples_of(screen, &light, &slices)[..], &[Binding::Storage(&bounds)]].concat();
+        let constants = [count, position, 0, 0, 0, blend.to_bits(), 0, 0, 0, samples, BEND.to_bits()];
+        let words = spirv!("methods/map_bounds.comp");
+        Ok(Self {
+            measure: Compute::new(gpu, "map_bounds", words, &measured, &constants, 0)?,
+            choose: choose(gpu, &bounds, &fits)?,
+            kind,
+            side,
+            border,
+            count,
+            light,
+            bounds,
+            fits,
+            slices,
+        })
+    }
+
+    /// What passes over the image read: `glsl/methods/sample.glsl`.
+    pub(super) fn samples<'a>(&'a self, screen: &'a Screen) -> [Binding<'a>; 5] {
+        samples_of(screen, &self.light, &self.slices)
+    }
+
+    /// Whether the light has a place, as a constant of shaders.
+    pub(super) fn position(&self) -> u32 {
+        u32::from(self.kind != Kind::Parallel)
+    }
+
+    fn write(&self, device: &ash::Device, cmd: vk::CommandBuffer, given: &Given, target: &Buffer) {
+        // SAFETY: the command buffer is recording; the data is smaller than 64 KiB
+        unsafe {
+            device.cmd_update_buffer(cmd, self.light.raw, 0, bytemuck::bytes_of(&given.light));
+            device.cmd_update_buffer(cmd, self.slices.raw, 0, bytemuck::bytes_of(&given.slices));
+            device.cmd_fill_buffer(cmd, self.bounds.raw, 0, vk::WHOLE_SIZE, 0);
+            if let Some(fits) = &given.fits {
+                device.cmd_update_buffer(cmd, target.raw, 0, bytemuck::cast_slice(fits));
+            }
+        }
+    }
+
+    /// Device memory in bytes.
+    pub(super) fn bytes(&self) -> u64 {
+        self.light.size + self.bounds.size + self.fits.size + self.slices.size
+    }
+
+    /// Samples of the last frame that lay outside their layer.
+    pub(super) fn outside(&self, lab: &Lab) -> Result<u64, LabError> {
+        let slices: Slices = bytemuck::pod_read_unaligned(&lab.read_buffer(&self.slices)?[..size_of::<Slices>()]);
+        Ok(slices.outside.into())
+    }
+}
+
+fn choose(gpu: &Arc<Gpu>, bounds: &Buffer, target: &Buffer) -> Result<Compute, LabError> {
+    let bindings = [bounds, target].map(Binding::Storage);
+    Ok(Compute::new(gpu, "map_fit", spirv!("methods/map_fit.comp"), &bindings, &[], 8)?)
+}
+
+/// What has fits to samples.
+pub(super) trait Fits {
+    fn fitted(&self) -> &Fitted;
+    /// Where the fits go.
+    fn target(&self) -> &Buffer {
+        &self.fitted().fits
+    }
+    /// Transfers before a frame.
+    fn reset(&self, _cmd: vk::CommandBuffer) {}
+}
+
 /// The map of one light and its visibility.
 pub(super) struct Map {
     shape: Shape,
-    kind: Kind,
-    light: Buffer,
-    bounds: Buffer,
-    fits: Buffer,
-    pub(super) slices: Buffer,
+    fitted: Fitted,
     tiles: Option<Tiles>,
     image: Image,
     /// The second surface, where the bias asks for it.
@@ -177,8 +277,6 @@ pub(super) struct Map {
     ids: Option<PolygonIds>,
     silhouettes: Option<SilhouetteMap>,
     visibility: Image,
-    measure: Compute,
-    choose: Compute,
     /// Without and with alpha test, for each layer.
     draws: Vec<[Graphics; 2]>,
     /// What draws the second surface, for each layer.
@@ -208,7 +306,7 @@ impl Map {
         if layers > most {
             return Err(LabError::Refused(format!("'{spec}' has {layers} layers, this device allows {most}")));
         }
-        use vk::{BufferUsageFlags as B, Format as F, ImageUsageFlags as I};
+        use vk::{Format as F, ImageUsageFlags as I};
         // debug pictures copy what has silhouettes
         let usage = I::DEPTH_STENCIL_ATTACHMENT | I::SAMPLED | I::TRANSFER_SRC;
         let depths = ImageSpec { format: F::D32_SFLOAT, width: side, height: side, layers, usage };
@@ -216,21 +314,22 @@ impl Map {
         let second = bias.peels().then(|| Image::new(gpu, "second map", &depths)).transpose()?;
         let edges = screen.edges.as_ref();
         let visibility = screen_image(lab, "visibility", F::R32_SFLOAT, I::STORAGE | I::TRANSFER_SRC)?;
-        let light = constants_buffer(gpu, "light constants", size_of::<MapLight>())?;
-        let storage =
-            |name, each: usize, count: u32| Buffer::storage(gpu, name, each as u64 * u64::from(count), B::empty());
-        let fitted = shape.fitted();
-        let bounds = storage("sample bounds", 4 * 4, ANGLES * fitted)?;
-        let fits = storage("fits", size_of::<Fit>(), layers)?;
-        let slices = storage("slices", size_of::<Slices>(), 1)?;
-        let tiles = tiled.then(|| Tiles::new(lab, &shape, &light, &fits)).transpose()?;
+        let count = shape.fitted();
+        // silhouettes are looked up around the texel beside a sample's
+        let border = shape.border() + u32::from(edges.is_some());
+        let mut fitted = Fitted::new(lab, screen, kind, [side, layers, count, border], blend, 1)?;
+        let tiles = tiled.then(|| Tiles::new(lab, &shape, &fitted.light, &fitted.fits)).transpose()?;
+        if let Some(tiles) = &tiles {
+            fitted.choose = choose(gpu, &fitted.bounds, &tiles.root)?;
+        }
+        let fits = &fitted.fits;
         let silhouettes =
-            edges.map(|edges| SilhouetteMap::new(lab, edges, (&light, &fits, &image), position)).transpose()?;
-        let samples = samples(screen, &light, &slices);
+            edges.map(|edges| SilhouetteMap::new(lab, edges, (&fitted.light, fits, &image), position)).transpose()?;
+        let samples = fitted.samples(screen);
         // without tiles the shaders do not read them
-        let pairs = Binding::Storage(tiles.as_ref().map_or(&fits, |tiles| &tiles.pairs));
-        let picked = Binding::Storage(tiles.as_ref().map_or(&fits, |tiles| &tiles.picked));
-        let draw = casters(lab, &light, &fits, pairs);
+        let pairs = Binding::Storage(tiles.as_ref().map_or(fits, |tiles| &tiles.pairs));
+        let picked = Binding::Storage(tiles.as_ref().map_or(fits, |tiles| &tiles.picked));
+        let draw = caster_bindings(lab, &fitted.light, fits, pairs);
         let ids = (bias == BiasKind::Ids)
             .then(|| PolygonIds::new(spec, lab, (&shape, kind), &draw, &screen.frame))
             .transpose()?;
@@ -274,20 +373,6 @@ impl Map {
             })?;
         }
         Ok(Self {
-            measure: compute(
-                "map_bounds",
-                spirv!("methods/map_bounds.comp"),
-                &[Binding::Storage(&bounds)],
-                &[fitted, position, 0, 0, 0, blend.to_bits()],
-            )?,
-            choose: Compute::new(
-                gpu,
-                "map_fit",
-                spirv!("methods/map_fit.comp"),
-                &[Binding::Storage(&bounds), tiles.as_ref().map_or(draw[1], |tiles| Binding::Storage(&tiles.root))],
-                &[],
-                8,
-            )?,
             draws: (0..drawn)
                 .map(|l| Ok([pipeline(l, false)?, pipeline(l, true)?]))
                 .collect::<Result<_, LabError>>()?,
@@ -306,11 +391,7 @@ impl Map {
                 &lookup_constants(&shape, position, silhouettes.is_some()),
             )?,
             shape,
-            kind,
-            light,
-            bounds,
-            fits,
-            slices,
+            fitted,
             tiles,
             image,
             second,
@@ -325,7 +406,7 @@ impl Map {
 
     /// What passes over the image read: `glsl/methods/sample.glsl`.
     pub(super) fn samples<'a>(&'a self, screen: &'a Screen) -> [Binding<'a>; 5] {
-        samples(screen, &self.light, &self.slices)
+        self.fitted.samples(screen)
     }
 
     /// What a map of tiles has beside; `None` for others.
@@ -335,18 +416,18 @@ impl Map {
 
     /// The tile of each pixel; without tiles what shaders do not read.
     pub(super) fn picked(&self) -> Binding<'_> {
-        Binding::Storage(self.tiles.as_ref().map_or(&self.fits, |tiles| &tiles.picked))
+        Binding::Storage(self.tiles.as_ref().map_or(self.fits(), |tiles| &tiles.picked))
     }
 
     /// What drawing reads where there are no tiles.
     pub(super) fn casters<'a>(&'a self, lab: &Lab) -> [Binding<'a>; 6] {
-        casters(lab, &self.light, &self.fits, Binding::Storage(&self.fits))
+        caster_bindings(lab, self.light(), self.fits(), Binding::Storage(self.fits()))
     }
 
     /// What a lookup of a parallel light's map of depths alone reads beside samples, and its constants.
     pub(super) fn lookup<'a>(&'a self, screen: &'a Screen) -> ([Binding<'a>; 7], [u32; 9]) {
         let image = Binding::Sampled(&self.image);
-        let (fits, visibility) = (Binding::Storage(&self.fits), Binding::StorageImage(&self.visibility));
+        let (fits, visibility) = (Binding::Storage(self.fits()), Binding::StorageImage(&self.visibility));
         let unread = Binding::Sampled(&screen.receivers.depth);
         let own = [fits, image, visibility, image, self.picked(), unread, image];
         (own, lookup_constants(&self.shape, 0, false))
@@ -364,7 +445,11 @@ impl Map {
 
     /// The fit of each layer.
     pub(super) fn fits(&self) -> &Buffer {
-        &self.fits
+        &self.fitted.fits
+    }
+
+    pub(super) fn slices(&self) -> &Buffer {
+        &self.fitted.slices
     }
 
     /// Stored depths of all layers; readable by lookups outside of [`Self::draw`].
@@ -374,11 +459,11 @@ impl Map {
 
     /// The light's constants.
     pub(super) fn light(&self) -> &Buffer {
-        &self.light
+        &self.fitted.light
     }
 
     pub(super) fn kind(&self) -> Kind {
-        self.kind
+        self.fitted.kind
     }
 
     /// Visibility of the last frame.
@@ -407,32 +492,7 @@ impl Map {
 
     /// The fit of a layer to what it must hold.
     pub(super) fn fit(&self, points: &[DVec2]) -> Fit {
-        least_area(points, self.shape.side.into(), self.border().into())
-    }
-
-    /// Texels around the samples that a layer holds too; silhouettes are looked up around the texel beside a sample's.
-    fn border(&self) -> u32 {
-        self.shape.border() + u32::from(self.silhouettes.is_some())
-    }
-
-    fn write(&self, cmd: vk::CommandBuffer, given: &Given) {
-        if let Some(silhouettes) = &self.silhouettes {
-            silhouettes.reset(cmd);
-        }
-        let device = &self.gpu.device;
-        // SAFETY: the command buffer is recording; the data is smaller than 64 KiB
-        unsafe {
-            device.cmd_update_buffer(cmd, self.light.raw, 0, bytemuck::bytes_of(&given.light));
-            device.cmd_update_buffer(cmd, self.slices.raw, 0, bytemuck::bytes_of(&given.slices));
-            device.cmd_fill_buffer(cmd, self.bounds.raw, 0, vk::WHOLE_SIZE, 0);
-            if let Some(tiles) = &self.tiles {
-                tiles.reset(cmd);
-            }
-            if let Some(fits) = &given.fits {
-                let target = self.tiles.as_ref().map_or(&self.fits, |tiles| &tiles.root);
-                device.cmd_update_buffer(cmd, target.raw, 0, bytemuck::cast_slice(fits));
-            }
-        }
+        least_area(points, self.shape.side.into(), self.fitted.border.into())
     }
 
     /// The first surface, then, where it is asked for, the second; both are left for lookups.
@@ -509,8 +569,7 @@ impl Map {
     fn draw_meshes(&self, lab: &Lab, cmd: vk::CommandBuffer, pipelines: [&Graphics; 2], fetches: bool) {
         for (pipeline, alpha_tested) in pipelines.into_iter().zip([false, true]) {
             pipeline.bind(cmd);
-            let meshes = lab.draws().iter().zip(&lab.scene().meshes);
-            for (d, _) in meshes.filter(|(d, m)| m.casts && d.alpha_tested == alpha_tested) {
+            for d in casters(lab, alpha_tested) {
                 // SAFETY: pipeline, set, index and vertex buffers are bound; inside rendering
                 unsafe {
                     let device = &self.gpu.device;
@@ -536,8 +595,33 @@ impl Map {
     }
 }
 
+impl Fits for Map {
+    fn fitted(&self) -> &Fitted {
+        &self.fitted
+    }
+
+    fn target(&self) -> &Buffer {
+        self.tiles.as_ref().map_or(self.fits(), |tiles| &tiles.root)
+    }
+
+    fn reset(&self, cmd: vk::CommandBuffer) {
+        if let Some(silhouettes) = &self.silhouettes {
+            silhouettes.reset(cmd);
+        }
+        if let Some(tiles) = &self.tiles {
+            tiles.reset(cmd);
+        }
+    }
+}
+
+/// Draws of the casters that are, or are not, alpha tested.
+pub(super) fn casters(lab: &Lab, alpha_tested: bool) -> impl Iterator<Item = &MeshDraw> {
+    let meshes = lab.draws().iter().zip(&lab.scene().meshes);
+    meshes.filter(move |(d, m)| m.casts && d.alpha_tested == alpha_tested).map(|(d, _)| d)
+}
+
 /// Fails where the view's lights are others in number or kind than the maps were made for.
-pub(super) fn check_lights(lab: &Lab, maps: &[Map]) -> Result<(), LabError> {
+pub(super) fn check_lights<T: Fits>(lab: &Lab, maps: &[T]) -> Result<(), LabError> {
     let lights = &lab.view().lights;
     if lights.len() != maps.len() {
         return Err(LabError::Refused(format!(
@@ -547,9 +631,9 @@ pub(super) fn check_lights(lab: &Lab, maps: &[Map]) -> Result<(), LabError> {
         )));
     }
     for (light, map) in lights.iter().zip(maps) {
-        let kind = map_light::kind(light);
-        if kind != map.kind {
-            return Err(LabError::Refused(format!("the light is {kind}, the method was made for {}", map.kind)));
+        let (kind, made) = (map_light::kind(light), map.fitted().kind);
+        if kind != made {
+            return Err(LabError::Refused(format!("the light is {kind}, the method was made for {made}")));
         }
     }
     Ok(())
@@ -576,17 +660,17 @@ pub(super) fn record(
 }
 
 /// The part of [`record`] before anything is drawn: what each pixel sees, and the fits.
-pub(super) fn record_fits(
+pub(super) fn record_fits<T: Fits>(
     (lab, camera): (&Lab, &Frame),
     (cmd, timer): (vk::CommandBuffer, &mut Timer),
     screen: &Screen,
-    maps: &[Map],
+    maps: &[T],
     given: &[Given],
     steps: impl Fn(Step, vk::CommandBuffer, &mut Timer),
 ) {
     use Access::*;
     let device = &lab.gpu().device;
-    let fitted = || maps.iter().zip(given).filter(|(_, given)| given.fits.is_none()).map(|(map, _)| map);
+    let fitted = || maps.iter().zip(given).filter(|(_, given)| given.fits.is_none()).map(|(map, _)| map.fitted());
     sync::barrier(
         device,
         cmd,
@@ -594,7 +678,10 @@ pub(super) fn record_fits(
     );
     // SAFETY: the command buffer is recording; the data is smaller than 64 KiB
     unsafe { device.cmd_update_buffer(cmd, screen.frame.raw, 0, bytemuck::bytes_of(camera)) };
-    maps.iter().zip(given).for_each(|(map, given)| map.write(cmd, given));
+    for (map, given) in maps.iter().zip(given) {
+        map.fitted().write(device, cmd, given, map.target());
+        map.reset(cmd);
+    }
     steps(Step::Reset, cmd, timer);
     sync::barrier(
         device,
@@ -609,9 +696,7 @@ pub(super) fn record_fits(
         steps(Step::Slice, cmd, timer);
         fitted().for_each(|map| map.measure.dispatch(cmd, &(), screen.columns()));
         sync::barrier(device, cmd, &[(ComputeWrite, ComputeRead)]);
-        fitted().for_each(|map| {
-            map.choose.dispatch(cmd, &[map.shape.side, map.border()].map(|v| v as f32), [map.draws.len() as u32, 1, 1])
-        });
+        fitted().for_each(|map| map.choose.dispatch(cmd, &[map.side, map.border].map(|v| v as f32), [map.count, 1, 1]));
         sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite)]);
         steps(Step::Fitted, cmd, timer);
         sync::barrier(device, cmd, &[(ComputeWrite, ComputeRead), (ComputeWrite, GraphicsRead)]);
@@ -635,10 +720,7 @@ pub(super) fn memory(screen: &Screen, maps: &[Map]) -> Vec<(&'static str, u64)> 
             "other",
             screen.frame.size
                 + sum(|m| {
-                    m.light.size
-                        + m.bounds.size
-                        + m.fits.size
-                        + m.slices.size
+                    m.fitted.bytes()
                         + m.tiles.as_ref().map_or(0, |tiles| tiles.bytes)
                         + m.ids.as_ref().map_or(0, PolygonIds::bytes)
                 }),
@@ -655,12 +737,11 @@ pub(super) fn memory(screen: &Screen, maps: &[Map]) -> Vec<(&'static str, u64)> 
 pub(super) fn statistics(lab: &Lab, maps: &[Map]) -> Result<Statistics, LabError> {
     let (mut effective_resolution, mut outside, mut dropped, mut found) = (0.0f64, 0, None, None);
     for (map, light) in maps.iter().zip(&lab.view().lights) {
-        let fits: Vec<Fit> = bytemuck::pod_collect_to_vec(&lab.read_buffer(&map.fits)?);
+        let fits: Vec<Fit> = bytemuck::pod_collect_to_vec(&lab.read_buffer(map.fits())?);
         let texels = fits[..map.shape.layers as usize].iter().map(|f| f64::from(f.texel[0].min(f.texel[1])));
         let finest = texels.filter(|t| *t > 0.0).fold(f64::INFINITY, f64::min);
         effective_resolution = effective_resolution.max(map_light::extent(light, lab.scene_buffers()) / finest);
-        let slices: Slices = bytemuck::pod_read_unaligned(&lab.read_buffer(&map.slices)?[..size_of::<Slices>()]);
-        outside += u64::from(slices.outside);
+        outside += map.fitted.outside(lab)?;
         if let Some(tiles) = &map.tiles {
             dropped = Some(dropped.unwrap_or(0) + tiles.dropped(lab)?);
         }

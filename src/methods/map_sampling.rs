@@ -17,7 +17,7 @@ pub(super) fn sampling(lab: &Lab, screen: &Screen, map: &Map) -> Result<Sampling
         let constants = [shape.fitted(), u32::from(position), 0, 0, 0, 0, shape.tiled.into()];
         Compute::new(lab.gpu(), "map_sampling", spirv!("methods/map_sampling.comp"), &bindings, &constants, 4)
     })?;
-    let slices: Slices = bytemuck::pod_read_unaligned(&lab.read_buffer(&map.slices)?[..size_of::<Slices>()]);
+    let slices: Slices = bytemuck::pod_read_unaligned(&lab.read_buffer(map.slices())?[..size_of::<Slices>()]);
     let inputs = SamplingInputs {
         frame: bytemuck::pod_read_unaligned(&lab.read_buffer(&screen.frame)?[..size_of::<Frame>()]),
         light: bytemuck::pod_read_unaligned(&lab.read_buffer(map.light())?[..size_of::<MapLight>()]),

@@ -5,6 +5,8 @@ mod comparison;
 mod csm;
 pub(crate) mod fvsm;
 mod hybrid;
+mod izb;
+mod izb_owner;
 mod lispsm;
 mod map;
 mod map_cover;
@@ -36,6 +38,8 @@ mod warp;
 mod warp_passes;
 
 pub use crate::gpu::structs::SamplingError;
+#[doc(hidden)]
+pub use izb::{Lists as IzbLists, lists as izb_lists};
 pub use sampling::Sampling;
 #[doc(hidden)]
 pub use sampling::SamplingInputs;
@@ -216,6 +220,7 @@ pub static METHODS: &[MethodInfo] = &[
     fvsm::INFO,
     qvsm::INFO,
     tiled::INFO,
+    izb::INFO,
     silhouette::INFO,
     temporal::INFO,
     hybrid::INFO,

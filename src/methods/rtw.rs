@@ -383,7 +383,7 @@ fn warped(lab: &Lab, screen: &Screen, map: &Map, maps: &WarpMaps, settings: &Set
         Graphics::new(gpu, "rtw", &shaders, &casters[..7], &state)
     };
     let (own, constants) = map.lookup(screen);
-    let constants = [&constants[..], &[cells, side]].concat();
+    let constants = [&constants[..], &[1, 0, cells, side]].concat();
     let bindings = [&map.samples(screen)[..], &own, &[warp, centres]].concat();
     Ok(Warped {
         draws: [pipeline(false)?, pipeline(true)?],

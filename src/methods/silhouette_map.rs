@@ -53,6 +53,7 @@ impl SilhouetteMap {
             positions: None,
             attributes: false,
             colors: &[FORMAT],
+            depth: true,
             depth_compare: vk::CompareOp::GREATER_OR_EQUAL,
             cull: vk::CullModeFlags::NONE,
         };

@@ -311,6 +311,38 @@ pub fn random(size: [u32; 2], seed: u64) -> (Scene, View) {
     (b.finish(), view([lcg.between(-4.0, 4.0), 4.5, 7.0], [0.0, 0.5, 0.0], sun, size))
 }
 
+/// A ground of 10 km in two triangles and a block of 1 cm on it, seen from 2 cm above.
+pub fn huge_ground(size: [u32; 2]) -> (Scene, View) {
+    let mut b = Builder::new("huge ground");
+    b.add(OPAQUE, &sheet(1, |u, v| DVec3::new(1e4 * v - 5e3, 0.0, 1e4 * u - 5e3)));
+    let foot = DVec3::new(1200.0, 0.0, -700.0);
+    b.add(OPAQUE, &block(foot, foot + DVec3::new(0.01, 0.012, 0.01)));
+    b.add(OPAQUE, &block(DVec3::new(0.0, 0.0, 0.0), DVec3::new(20.0, 30.0, 20.0)));
+    let eye = foot + DVec3::new(0.03, 0.02, 0.04);
+    (b.finish(), view(eye.to_array(), foot.to_array(), [-0.4, -1.0, 0.3], size))
+}
+
+/// Triangles of every size and shape over a plane: points, needles, sheets beyond the plane.
+pub fn shards(size: [u32; 2], seed: u64) -> (Scene, View) {
+    let mut lcg = Lcg(seed);
+    let mut b = Builder::new("shards");
+    b.add(OPAQUE, &plane(6.0));
+    let direction = |lcg: &mut Lcg| DVec3::from([0; 3].map(|_| lcg.between(-1.0, 1.0))).normalize();
+    let mut shards = Vec::new();
+    for _ in 0..160 {
+        let corner = DVec3::new(lcg.between(-4.0, 4.0), lcg.between(0.3, 2.5), lcg.between(-4.0, 4.0));
+        let length = 10f64.powf(lcg.between(-3.0, 0.7));
+        let width = length * 10f64.powf(lcg.between(-4.0, 0.0));
+        let long = direction(&mut lcg);
+        let across = direction(&mut lcg).cross(long).normalize();
+        let ends = [corner, corner + length * long, corner + lcg.between(-0.5, 1.5) * length * long + width * across];
+        shards.extend(ends.map(|p| ([0.0; 2], p.with_y(p.y.max(0.1)))));
+    }
+    b.add(OPAQUE, &shards);
+    let sun = [lcg.between(-1.5, 1.5), -1.0, lcg.between(-1.5, 1.5)];
+    (b.finish(), view([3.0, 5.0, 7.0], [0.0, 0.2, 0.0], sun, size))
+}
+
 /// Flat ground in front of an eye 1 m above it that looks along -z; it ends `far` metres away, beyond both sides of the image.
 pub fn ground(size: [u32; 2], far: f64, fov_y_deg: f64) -> (Scene, View) {
     let mut b = Builder::new("ground");
