@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use std::mem::offset_of;
 use umbrage::gpu::structs::{
     AtlasPush, ChoosePush, Counters, Edge, EdgeRun, Face, Fit, Frame, ImportancePush, ItemPush, LightRecord, MapLight,
-    MeshBounds, Node, Page, PreparePush, QvsmPush, Region, RequestPush, RetryPush, SamplingError, ShadeLight,
+    MeshBounds, Node, Page, PreparePush, QvsmPush, Region, RequestPush, RetryPush, RtwPush, SamplingError, ShadeLight,
     ShadePush, Slices, Slot, TemporalJitter, TemporalPush, TileCounts, Tracked, TreeMeasurePush, TreeRequestPush,
     TreeState, TrianglePush, WarpMeasure, WarpPush, WarpRecord,
 };
@@ -115,6 +115,10 @@ fn map_structs_are_those_of_the_shaders() {
     assert_layout::<TemporalJitter>(&jitter, "Push", fields!(TemporalJitter, turn shift));
     let push = fields!(TemporalPush, clip_before eye_moved exponent memory rejection moved side history);
     assert_layout::<TemporalPush>(&committed("methods/temporal_blend.comp"), "Push", push);
+    for shader in ["backward", "forward"] {
+        let push = fields!(RtwPush, nearness normal edge view stride);
+        assert_layout::<RtwPush>(&committed(&format!("methods/rtw_{shader}.comp")), "Push", push);
+    }
     let error = fields!(SamplingError, s t perspective_s perspective_t part);
     assert_layout::<SamplingError>(&all, "SamplingError", error);
     assert_layout::<Slices>(&all, "Slices", fields!(Slices, extremes outside splits));
@@ -222,7 +226,7 @@ fn no_stage_is_an_orphan() {
     }
     for file in files("src/twin") {
         let name = file.rsplit('/').next().unwrap().trim_end_matches(".rs");
-        let shared = path(&format!("glsl/shared/{name}.glsl")).is_file();
+        let shared = ["shared", "methods"].iter().any(|place| path(&format!("glsl/{place}/{name}.glsl")).is_file());
         assert!(name == "mod" || shared || shaders.contains(name), "{file} is the twin of nothing");
     }
 }

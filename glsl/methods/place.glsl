@@ -1,14 +1,27 @@
 // Where a sample lies in a layer of a map, and how its plane runs there. Needs receiver.glsl, fit.glsl, sample.glsl, `fits` and
-// `map`.
+// `map`. An includer whose texels are not all alike defines PLACED and placed().
 struct Place {
     vec3 ls;      // light space
     float q;      // what divides stored depths
     vec2 texel;   // from the layer's corner
+    vec2 in_plane;  // the same, for the way to the middles of texels
     mat2 along;   // change of t from a texel to the next, along u and along v
     vec2 size;    // of a texel, world units
     vec2 slope;   // change of z to the next texel in the receiver's plane
     bool steep;   // the plane is steeper than `slope` says
 };
+
+// A point of a layer among the texels of the map, from `at`, where it is among equal ones. `in_plane`: as in Place; `span`: sides of its
+// texel in equal ones.
+vec2 placed(vec2 at, float side, out vec2 in_plane, out vec2 span);
+
+#ifndef PLACED
+vec2 placed(vec2 at, float side, out vec2 in_plane, out vec2 span) {
+    in_plane = at;
+    span = vec2(1.0);
+    return at;
+}
+#endif
 
 // False where the layer does not hold the sample.
 bool place_of(uint layer, Sample s, out Place p) {
@@ -24,8 +37,11 @@ bool place_of(uint layer, Sample s, out Place p) {
     }
     vec3 normal = turned(face, s.normal);
     float side = float(textureSize(map, 0).x);
-    p.texel = uv * side;
+    vec2 span;
+    p.texel = placed(uv * side, side, p.in_plane, span);
     p.along = inverse(fit_change(fit, uv, side / p.q));
+    p.along[0] *= span.x;
+    p.along[1] *= span.y;
     p.size = w * vec2(length(p.along[0]), length(p.along[1]));
     // change of z per unit across, in the receiver's plane at constant x / w and y / w
     float facing = has_position() ? dot(normal, p.ls) : normal.z;
@@ -46,7 +62,7 @@ Plane plane_of(Place p, Fit fit, float bias) {
     float per_z = has_position() ? -light.depth.y / (p.ls.z * p.ls.z) : light.depth.x;
     float depth = stored_depth(nearer) / p.q;
     vec2 change = (p.slope * per_z - depth * vec2(dot(fit.row_w.xy, p.along[0]), dot(fit.row_w.xy, p.along[1]))) / p.q;
-    return Plane(p.texel, depth, change, 0.0);
+    return Plane(p.in_plane, depth, change, 0.0);
 }
 
 // At the middle of the texel with this corner.

@@ -79,7 +79,7 @@ impl DepthPrepass {
         };
         let pipeline = |name, alpha_test: u32| {
             let (vertex, fragment) = (spirv!("engine/depth_prepass.vert"), spirv!("engine/depth_prepass.frag"));
-            let shaders = Shaders { vertex, fragment: Some(fragment), constants: &[alpha_test] };
+            let shaders = Shaders { vertex, tessellation: None, fragment: Some(fragment), constants: &[alpha_test] };
             Graphics::new(gpu, name, &shaders, &bindings, &state)
         };
         Ok(Self {

@@ -47,14 +47,24 @@ impl Tiles {
             clear: Graphics::new(
                 gpu,
                 "tiles_clear",
-                &Shaders { vertex: spirv!("engine/tiles_clear.vert"), fragment: None, constants: &[] },
+                &Shaders {
+                    vertex: spirv!("engine/tiles_clear.vert"),
+                    tessellation: None,
+                    fragment: None,
+                    constants: &[],
+                },
                 &[Binding::Storage(&b.cleared)],
                 &clear,
             )?,
             opaque: Graphics::new(
                 gpu,
                 "tiles",
-                &Shaders { vertex: spirv!("engine/tiles.vert"), fragment: None, constants: &constants },
+                &Shaders {
+                    vertex: spirv!("engine/tiles.vert"),
+                    tessellation: None,
+                    fragment: None,
+                    constants: &constants,
+                },
                 &bindings[..4],
                 &state(false),
             )?,
@@ -63,6 +73,7 @@ impl Tiles {
                 "tiles_masked",
                 &Shaders {
                     vertex: spirv!("engine/tiles_masked.vert"),
+                    tessellation: None,
                     fragment: Some(spirv!("engine/tiles_masked.frag")),
                     constants: &constants,
                 },

@@ -281,9 +281,11 @@ impl Drop for Compute {
     }
 }
 
-/// The shaders of a graphics pipeline; both stages get the same constants.
+/// The shaders of a graphics pipeline; all stages get the same constants.
 pub(crate) struct Shaders<'a> {
     pub(crate) vertex: &'a [u8],
+    /// Control and evaluation, on devices that have tessellation; patches are then triangles.
+    pub(crate) tessellation: Option<[&'a [u8]; 2]>,
     pub(crate) fragment: Option<&'a [u8]>,
     /// In the order of their ids.
     pub(crate) constants: &'a [u32],
@@ -338,14 +340,20 @@ impl Graphics {
         bindings: &[Binding<'_>],
         state: &GraphicsState<'_>,
     ) -> Result<Self, Error> {
-        let stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
-        let layout = Layout::new(gpu, name, stages, bindings, 0)?;
+        use vk::ShaderStageFlags as Stage;
+        let mut stages = vec![(Stage::VERTEX, shaders.vertex)];
+        if let Some([control, evaluation]) = shaders.tessellation {
+            stages.extend([(Stage::TESSELLATION_CONTROL, control), (Stage::TESSELLATION_EVALUATION, evaluation)]);
+        }
+        let visible = stages.iter().fold(Stage::VERTEX | Stage::FRAGMENT, |all, (stage, _)| all | *stage);
+        stages.extend(shaders.fragment.map(|fragment| (Stage::FRAGMENT, fragment)));
+        let layout = Layout::new(gpu, name, visible, bindings, 0)?;
         let (entries, data) = specialization(shaders.constants);
         let constants = vk::SpecializationInfo::default().map_entries(&entries).data(data);
-        let mut modules = vec![(vk::ShaderStageFlags::VERTEX, Module::new(gpu, name, shaders.vertex)?)];
-        if let Some(fragment) = shaders.fragment {
-            modules.push((vk::ShaderStageFlags::FRAGMENT, Module::new(gpu, name, fragment)?));
-        }
+        let modules = stages
+            .iter()
+            .map(|(stage, words)| Ok((*stage, Module::new(gpu, name, words)?)))
+            .collect::<Result<Vec<_>, Error>>()?;
         let shader_stages: Vec<_> = modules
             .iter()
             .map(|(stage, module)| {
@@ -384,8 +392,12 @@ impl Graphics {
         let vertex_input = vk::PipelineVertexInputStateCreateInfo::default()
             .vertex_binding_descriptions(&vertex_bindings)
             .vertex_attribute_descriptions(&vertex_attributes);
-        let assembly =
-            vk::PipelineInputAssemblyStateCreateInfo::default().topology(vk::PrimitiveTopology::TRIANGLE_LIST);
+        let patches = vk::PipelineTessellationStateCreateInfo::default().patch_control_points(3);
+        let topology = match shaders.tessellation {
+            Some(_) => vk::PrimitiveTopology::PATCH_LIST,
+            None => vk::PrimitiveTopology::TRIANGLE_LIST,
+        };
+        let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(topology);
         let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
         let raster = vk::PipelineRasterizationStateCreateInfo::default()
             .cull_mode(state.cull)
@@ -412,6 +424,7 @@ impl Graphics {
             .stages(&shader_stages)
             .vertex_input_state(&vertex_input)
             .input_assembly_state(&assembly)
+            .tessellation_state(&patches)
             .viewport_state(&viewport)
             .rasterization_state(&raster)
             .multisample_state(&samples)

@@ -438,6 +438,18 @@ pub struct TemporalPush {
     pub history: u32,
 }
 
+/// Push constants of `methods/rtw_backward.comp` and `methods/rtw_forward.comp`; see `glsl/methods/rtw_importance.glsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct RtwPush {
+    pub nearness: [f32; 2],
+    pub normal: f32,
+    pub edge: f32,
+    pub view: u32,
+    pub stride: u32,
+}
+
 /// A light that the window shades with; see `glsl/window/palette.glsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]

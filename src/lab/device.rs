@@ -30,6 +30,8 @@ pub struct DeviceReport {
 pub(crate) struct LabDevice {
     pub(crate) report: DeviceReport,
     pub(crate) handles: HostDevice,
+    /// Whether tessellation is enabled: wherever there is any.
+    pub(crate) tessellation: bool,
     queue: vk::Queue,
     #[cfg_attr(not(feature = "window"), allow(dead_code))] // the window has a pool of its own
     family: u32,
@@ -334,6 +336,8 @@ fn open_on(
             .ok_or_else(|| Error::Unsupported { what: "no queue offers graphics, compute and timestamps".into() })?
             as u32;
         let mut needs = gpu::requirements(&instance, physical_device);
+        let tessellation = instance.get_physical_device_features(physical_device).tessellation_shader;
+        needs.features.tessellation_shader = tessellation;
         let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
         let mut extensions: Vec<*const c_char> = Vec::new();
         if surface.is_some() {
@@ -361,6 +365,7 @@ fn open_on(
                 debug_utils: owned.messenger.is_some(),
                 ray_query,
             },
+            tessellation: tessellation == vk::TRUE,
             queue,
             family,
             pool: vk::CommandPool::null(),

@@ -10,6 +10,8 @@ pub mod stages;
 #[doc(hidden)]
 pub mod stages_exact;
 #[doc(hidden)]
+pub mod stages_rtw;
+#[doc(hidden)]
 pub mod stages_tree;
 mod upload;
 
@@ -172,6 +174,11 @@ impl Lab {
     /// Whether the device has ray queries, and the lab structures for them.
     pub fn has_ray_queries(&self) -> bool {
         self.shapes.is_some()
+    }
+
+    /// Whether the device has tessellation shaders.
+    pub fn has_tessellation(&self) -> bool {
+        self.device.tessellation
     }
 
     /// Messages of the validation layer so far; always empty without [`LabOptions::validation`].

@@ -86,7 +86,7 @@ fn clear(lab: &Lab, buffers: &[&Buffer]) -> Result<()> {
     Ok(())
 }
 
-fn read<T: Pod>(lab: &Lab, buffer: &Buffer) -> Result<Vec<T>> {
+pub(super) fn read<T: Pod>(lab: &Lab, buffer: &Buffer) -> Result<Vec<T>> {
     let bytes = lab.read_buffer(buffer)?;
     let whole = bytes.len() / size_of::<T>() * size_of::<T>();
     Ok(bytemuck::pod_collect_to_vec(&bytes[..whole]))

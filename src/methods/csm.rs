@@ -11,7 +11,7 @@ use super::{
 use crate::engine::constants::light_axes;
 use crate::gpu::structs::{Fit, Slices};
 use crate::gpu::sync::{self, Access};
-use crate::gpu::{Binding, Compute, spirv};
+use crate::gpu::{Binding, Compute, Timer, spirv};
 use crate::lab::{Lab, LabError};
 use ash::vk;
 use bytemuck::Zeroable;
@@ -229,7 +229,7 @@ impl Method for Csm {
         };
         let axis = warp_passes::axis(lab)?;
         let [map] = &self.map;
-        let steps = |step, cmd| match (step, &self.warps) {
+        let steps = |step, cmd, _: &mut Timer| match (step, &self.warps) {
             (Step::Reset, Some(warps)) => warps.reset(cmd),
             (Step::Slice, _) => self.slice(lab, cmd),
             (Step::Fitted, Some(warps)) => warps.record(cmd, (&self.screen, map), axis),

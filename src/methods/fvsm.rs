@@ -5,6 +5,7 @@ use super::comparison::Comparison;
 use super::map::{self, Given, Map, Screen, Shape, Step};
 use super::tree::{Rule, Tree, TreeFrame, TreeMap, TreeShape};
 use super::{FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
+use crate::gpu::Timer;
 use crate::gpu::structs::{Slices, TreeMeasurePush};
 use crate::lab::{Lab, LabError};
 use ash::vk;
@@ -126,9 +127,9 @@ impl Method for Fvsm {
         let light = map_light::constants(&lab.view().lights[0], lab, self.settings.comparison.bias_texels)?;
         let given = Given { light, fits: None, slices: Slices::zeroed() };
         let camera = lab.camera_constants()?;
-        let steps = |step, cmd| match step {
+        let steps = |step, cmd, _: &mut Timer| match step {
             Step::Reset => self.tiles.reset(cmd),
-            Step::Slice => {}
+            Step::Slice | Step::Warp => {}
             Step::Fitted => self.refine(cmd),
         };
         lab.frame(|cmd, timer| map::record((lab, &camera), (cmd, timer), &self.screen, &self.map, &[given], steps))

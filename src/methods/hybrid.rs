@@ -11,7 +11,7 @@ use crate::engine::bvh::{Bvh, CHANGED_SHAPE};
 use crate::engine::constants::ray_start;
 use crate::engine::exact::Exact;
 use crate::gpu::sync::{self, Access};
-use crate::gpu::{Binding, Compute, Image, ImageSpec, spirv};
+use crate::gpu::{Binding, Compute, Image, ImageSpec, Timer, spirv};
 use crate::lab::{Lab, LabError};
 use ash::vk;
 
@@ -88,7 +88,7 @@ impl Method for Hybrid {
         camera.rule[3] = ray_start(lab.scene_buffers());
         let stale = self.changes.since(lab).is_none_or(|moved| !moved.is_empty());
         let device = &lab.gpu().device;
-        let reset = |step, cmd| {
+        let reset = |step, cmd, _: &mut Timer| {
             if step == Step::Reset {
                 // SAFETY: the command buffer is recording; earlier uses are waited for
                 unsafe {

@@ -109,6 +109,8 @@ pub(super) enum Step {
     Slice,
     /// After that; what is written is ordered before compute shaders.
     Fitted,
+    /// Before the maps are drawn, fitted or given; what is written is ordered before they are.
+    Warp,
 }
 
 /// What the CPU gives for a frame of one light.
@@ -127,6 +129,36 @@ fn samples<'a>(screen: &'a Screen, light: &'a Buffer, slices: &'a Buffer) -> [Bi
         Binding::Uniform(light),
         Binding::Storage(slices),
     ]
+}
+
+/// What drawing reads: `glsl/methods/map_place.glsl`, pairs, and what tests of fragments need.
+fn casters<'a>(lab: &Lab, light: &'a Buffer, fits: &'a Buffer, pairs: Binding<'a>) -> [Binding<'a>; 6] {
+    let scene = lab.scene_buffers();
+    [
+        Binding::Uniform(light),
+        Binding::Storage(fits),
+        Binding::External(scene.instances),
+        pairs,
+        Binding::External(scene.materials),
+        Binding::External(scene.texels),
+    ]
+}
+
+/// Constants of `glsl/methods/map_lookup.glsl`.
+fn lookup_constants(shape: &Shape, position: u32, silhouettes: bool) -> [u32; 9] {
+    let Comparison { bias, filter, centred, .. } = shape.comparison;
+    let [kind, taps] = filter.words();
+    let (blend, tiled) = (shape.blend.to_bits(), shape.tiled.into());
+    [shape.fitted(), position, kind, taps, bias as u32, blend, tiled, silhouettes.into(), centred.into()]
+}
+
+/// What draws casters into a map without tiles otherwise than the fit has them.
+pub(super) struct Warped {
+    /// Without and with alpha test.
+    pub(super) draws: [Graphics; 2],
+    /// Whether the vertex shader fetches vertices itself, six a triangle.
+    pub(super) fetches: bool,
+    pub(super) lookup: Compute,
 }
 
 /// The map of one light and its visibility.
@@ -152,6 +184,7 @@ pub(super) struct Map {
     /// What draws the second surface, for each layer.
     peels: Vec<Graphics>,
     lookup: Compute,
+    warped: Option<Warped>,
     gpu: Arc<Gpu>,
 }
 
@@ -166,7 +199,7 @@ impl Map {
         let kind = map_light::kind(light);
         let position = u32::from(kind != Kind::Parallel);
         let gpu = lab.gpu();
-        let Shape { side, layers, tiled, blend, comparison: Comparison { bias, cull, filter, centred, .. } } = shape;
+        let Shape { side, layers, tiled, blend, comparison: Comparison { bias, cull, .. } } = shape;
         let largest = gpu.limits.max_image_dimension2_d.min(gpu.limits.max_framebuffer_width);
         if side > largest {
             return Err(LabError::Refused(format!("'{spec}': resolution is {side}, this device allows {largest}")));
@@ -193,38 +226,30 @@ impl Map {
         let tiles = tiled.then(|| Tiles::new(lab, &shape, &light, &fits)).transpose()?;
         let silhouettes =
             edges.map(|edges| SilhouetteMap::new(lab, edges, (&light, &fits, &image), position)).transpose()?;
-        let scene = lab.scene_buffers();
         let samples = samples(screen, &light, &slices);
         // without tiles the shaders do not read them
         let pairs = Binding::Storage(tiles.as_ref().map_or(&fits, |tiles| &tiles.pairs));
         let picked = Binding::Storage(tiles.as_ref().map_or(&fits, |tiles| &tiles.picked));
-        let draw = [
-            samples[3],
-            Binding::Storage(&fits),
-            Binding::External(scene.instances),
-            pairs,
-            Binding::External(scene.materials),
-            Binding::External(scene.texels),
-        ];
+        let draw = casters(lab, &light, &fits, pairs);
         let ids = (bias == BiasKind::Ids)
             .then(|| PolygonIds::new(spec, lab, (&shape, kind), &draw, &screen.frame))
             .transpose()?;
         // with a side left out every fragment is tested
         let depth_compare = vk::CompareOp::GREATER_OR_EQUAL;
-        let state = |tested| GraphicsState { depth_compare, ..GraphicsState::casters(scene.position_layout, tested) };
+        let state = |tested| GraphicsState {
+            depth_compare,
+            ..GraphicsState::casters(lab.scene_buffers().position_layout, tested)
+        };
         // tiles take their layers from pairs
         let drawn = if tiled { 1 } else { layers };
         let pipeline = |layer: u32, masked: bool| {
+            let constants = &[layer, position, cull as u32, tiled.into()];
             let name = if masked { "map_masked" } else { "map" };
             let shaders = if masked || cull != Cull::None {
                 let (vertex, fragment) = (spirv!("methods/map_masked.vert"), spirv!("methods/map_masked.frag"));
-                Shaders { vertex, fragment: Some(fragment), constants: &[layer, position, cull as u32, tiled.into()] }
+                Shaders { vertex, tessellation: None, fragment: Some(fragment), constants }
             } else {
-                Shaders {
-                    vertex: spirv!("methods/map.vert"),
-                    fragment: None,
-                    constants: &[layer, position, 0, tiled.into()],
-                }
+                Shaders { vertex: spirv!("methods/map.vert"), tessellation: None, fragment: None, constants }
             };
             let tested = shaders.fragment.is_some();
             Graphics::new(gpu, name, &shaders, if tested { &draw } else { &draw[..4] }, &state(tested))
@@ -232,11 +257,10 @@ impl Map {
         let peel = |layer: u32| {
             let (vertex, fragment) = (spirv!("methods/map_masked.vert"), spirv!("methods/map_peel.frag"));
             let constants = &[layer, position, cull as u32, tiled.into()];
-            let shaders = Shaders { vertex, fragment: Some(fragment), constants };
+            let shaders = Shaders { vertex, tessellation: None, fragment: Some(fragment), constants };
             Graphics::new(gpu, "map_peel", &shaders, &[&draw[..], &[Binding::Sampled(&image)]].concat(), &state(true))
         };
         let peels = second.iter().flat_map(|_| 0..drawn).map(peel).collect::<Result<_, _>>()?;
-        let [kind_of_filter, taps] = filter.words();
         let compute = |name, spirv: &[u8], own: &[Binding<'_>], constants: &[u32]| {
             Compute::new(gpu, name, spirv, &[&samples[..], own].concat(), constants, 0)
         };
@@ -279,17 +303,7 @@ impl Map {
                     Binding::Sampled(ids.as_ref().map_or(&screen.receivers.depth, |ids| &ids.view)),
                     Binding::Sampled(silhouettes.as_ref().map_or(&image, SilhouetteMap::points)),
                 ],
-                &[
-                    fitted,
-                    position,
-                    kind_of_filter,
-                    taps,
-                    bias as u32,
-                    blend.to_bits(),
-                    tiled.into(),
-                    silhouettes.is_some().into(),
-                    centred.into(),
-                ],
+                &lookup_constants(&shape, position, silhouettes.is_some()),
             )?,
             shape,
             kind,
@@ -304,6 +318,7 @@ impl Map {
             peels,
             silhouettes,
             visibility,
+            warped: None,
             gpu: gpu.clone(),
         })
     }
@@ -321,6 +336,30 @@ impl Map {
     /// The tile of each pixel; without tiles what shaders do not read.
     pub(super) fn picked(&self) -> Binding<'_> {
         Binding::Storage(self.tiles.as_ref().map_or(&self.fits, |tiles| &tiles.picked))
+    }
+
+    /// What drawing reads where there are no tiles.
+    pub(super) fn casters<'a>(&'a self, lab: &Lab) -> [Binding<'a>; 6] {
+        casters(lab, &self.light, &self.fits, Binding::Storage(&self.fits))
+    }
+
+    /// What a lookup of a parallel light's map of depths alone reads beside samples, and its constants.
+    pub(super) fn lookup<'a>(&'a self, screen: &'a Screen) -> ([Binding<'a>; 7], [u32; 9]) {
+        let image = Binding::Sampled(&self.image);
+        let (fits, visibility) = (Binding::Storage(&self.fits), Binding::StorageImage(&self.visibility));
+        let unread = Binding::Sampled(&screen.receivers.depth);
+        let own = [fits, image, visibility, image, self.picked(), unread, image];
+        (own, lookup_constants(&self.shape, 0, false))
+    }
+
+    /// Draws and looks up the first surface through a warp from now on.
+    pub(super) fn set_warped(&mut self, warped: Warped) {
+        self.warped = Some(warped);
+    }
+
+    /// Depths of the last frame; nearest is greatest.
+    pub(super) fn depths(&self, lab: &Lab) -> Result<Vec<f32>, LabError> {
+        Ok(bytemuck::pod_collect_to_vec(&lab.read_image(&self.image, Access::ComputeRead, 4)?))
     }
 
     /// The fit of each layer.
@@ -404,20 +443,31 @@ impl Map {
         if let Some(ids) = &self.ids {
             return ids.draw(lab, cmd, &self.image);
         }
-        let first = self.draws.iter().map(|[opaque, masked]| [opaque, masked]);
-        self.draw_into(lab, cmd, &self.image, first);
+        match &self.warped {
+            Some(Warped { draws: [opaque, masked], fetches, .. }) => {
+                self.draw_into(lab, cmd, &self.image, [[opaque, masked]].into_iter(), *fetches);
+            }
+            None => self.draw_fitted(lab, cmd, &self.image),
+        }
         if let Some(second) = &self.second {
-            self.draw_into(lab, cmd, second, self.peels.iter().map(|peel| [peel, peel]));
+            self.draw_into(lab, cmd, second, self.peels.iter().map(|peel| [peel, peel]), false);
         }
     }
 
+    /// The first surface where the fit has it, into an image of any size; it is left for lookups.
+    pub(super) fn draw_fitted(&self, lab: &Lab, cmd: vk::CommandBuffer, image: &Image) {
+        self.draw_into(lab, cmd, image, self.draws.iter().map(|[opaque, masked]| [opaque, masked]), false);
+    }
+
     /// `pipelines`: for each layer, or for all tiles, what draws meshes that are not alpha tested, and those that are.
+    /// `fetches`: see [`Warped`].
     fn draw_into<'a>(
         &self,
         lab: &Lab,
         cmd: vk::CommandBuffer,
         image: &Image,
         pipelines: impl Iterator<Item = [&'a Graphics; 2]>,
+        fetches: bool,
     ) {
         use Access::{DepthAttachment, LookupRead};
         let device = &self.gpu.device;
@@ -437,7 +487,7 @@ impl Map {
             .clear_value(vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } });
         let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: image.extent };
         let info =
-            vk::RenderingInfo::default().render_area(area).layer_count(self.shape.layers).depth_attachment(&attachment);
+            vk::RenderingInfo::default().render_area(area).layer_count(image.layers).depth_attachment(&attachment);
         // SAFETY: the command buffer is recording; buffers and images outlive the submission
         unsafe {
             device.cmd_begin_rendering(cmd, &info);
@@ -448,7 +498,7 @@ impl Map {
         for pair in pipelines {
             match &self.tiles {
                 Some(tiles) => tiles.draw(cmd, pair),
-                None => self.draw_meshes(lab, cmd, pair),
+                None => self.draw_meshes(lab, cmd, pair, fetches),
             }
         }
         // SAFETY: rendering was begun above
@@ -456,7 +506,7 @@ impl Map {
         sync::image(device, cmd, image, DepthAttachment, LookupRead);
     }
 
-    fn draw_meshes(&self, lab: &Lab, cmd: vk::CommandBuffer, pipelines: [&Graphics; 2]) {
+    fn draw_meshes(&self, lab: &Lab, cmd: vk::CommandBuffer, pipelines: [&Graphics; 2], fetches: bool) {
         for (pipeline, alpha_tested) in pipelines.into_iter().zip([false, true]) {
             pipeline.bind(cmd);
             let meshes = lab.draws().iter().zip(&lab.scene().meshes);
@@ -464,7 +514,12 @@ impl Map {
                 // SAFETY: pipeline, set, index and vertex buffers are bound; inside rendering
                 unsafe {
                     let device = &self.gpu.device;
-                    device.cmd_draw_indexed(cmd, d.index_count, d.instance_count, d.first_index, 0, d.first_instance);
+                    let (count, first) = (d.index_count, d.first_index);
+                    if fetches {
+                        device.cmd_draw(cmd, 2 * count, d.instance_count, 2 * first, d.first_instance);
+                    } else {
+                        device.cmd_draw_indexed(cmd, count, d.instance_count, first, 0, d.first_instance);
+                    }
                 }
             }
         }
@@ -475,7 +530,8 @@ impl Map {
         use Access::{StorageImage, TransferRead};
         let device = &self.gpu.device;
         sync::discard(device, cmd, &self.visibility, TransferRead, StorageImage);
-        self.lookup.dispatch(cmd, &(), [screen.size[0].div_ceil(8), screen.size[1].div_ceil(8), 1]);
+        let lookup = self.warped.as_ref().map_or(&self.lookup, |warped| &warped.lookup);
+        lookup.dispatch(cmd, &(), [screen.size[0].div_ceil(8), screen.size[1].div_ceil(8), 1]);
         sync::image(device, cmd, &self.visibility, StorageImage, TransferRead);
     }
 }
@@ -506,7 +562,7 @@ pub(super) fn record(
     screen: &Screen,
     maps: &[Map],
     given: &[Given],
-    steps: impl Fn(Step, vk::CommandBuffer),
+    steps: impl Fn(Step, vk::CommandBuffer, &mut Timer),
 ) {
     record_fits((lab, camera), (cmd, timer), screen, maps, given, steps);
     maps.iter().for_each(|map| map.draw(lab, cmd));
@@ -526,7 +582,7 @@ pub(super) fn record_fits(
     screen: &Screen,
     maps: &[Map],
     given: &[Given],
-    steps: impl Fn(Step, vk::CommandBuffer),
+    steps: impl Fn(Step, vk::CommandBuffer, &mut Timer),
 ) {
     use Access::*;
     let device = &lab.gpu().device;
@@ -539,7 +595,7 @@ pub(super) fn record_fits(
     // SAFETY: the command buffer is recording; the data is smaller than 64 KiB
     unsafe { device.cmd_update_buffer(cmd, screen.frame.raw, 0, bytemuck::bytes_of(camera)) };
     maps.iter().zip(given).for_each(|(map, given)| map.write(cmd, given));
-    steps(Step::Reset, cmd);
+    steps(Step::Reset, cmd, timer);
     sync::barrier(
         device,
         cmd,
@@ -550,17 +606,18 @@ pub(super) fn record_fits(
     screen.receivers.record_written(device, cmd);
     timer.mark(cmd, "gradient");
     if fitted().next().is_some() {
-        steps(Step::Slice, cmd);
+        steps(Step::Slice, cmd, timer);
         fitted().for_each(|map| map.measure.dispatch(cmd, &(), screen.columns()));
         sync::barrier(device, cmd, &[(ComputeWrite, ComputeRead)]);
         fitted().for_each(|map| {
             map.choose.dispatch(cmd, &[map.shape.side, map.border()].map(|v| v as f32), [map.draws.len() as u32, 1, 1])
         });
         sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite)]);
-        steps(Step::Fitted, cmd);
+        steps(Step::Fitted, cmd, timer);
         sync::barrier(device, cmd, &[(ComputeWrite, ComputeRead), (ComputeWrite, GraphicsRead)]);
         timer.mark(cmd, "fit");
     }
+    steps(Step::Warp, cmd, timer);
 }
 
 /// Visibility of the last frame of all lights.

@@ -7,6 +7,7 @@ pub(crate) mod fvsm;
 mod hybrid;
 mod lispsm;
 mod map;
+mod map_cover;
 mod map_fit;
 mod map_light;
 mod map_sampling;
@@ -18,6 +19,8 @@ mod rmsm;
 mod rmsm_pages;
 mod rmsm_pictures;
 mod rmsm_sampling;
+pub(crate) mod rtw;
+mod rtw_pictures;
 mod sampling;
 mod silhouette;
 mod silhouette_edges;
@@ -216,6 +219,7 @@ pub static METHODS: &[MethodInfo] = &[
     silhouette::INFO,
     temporal::INFO,
     hybrid::INFO,
+    rtw::INFO,
     raytraced::INFO,
 ];
 

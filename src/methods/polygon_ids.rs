@@ -63,7 +63,12 @@ impl PolygonIds {
         let [stride, offset, format] = scene.position_layout.words();
         let pipeline = |name, vertex: &[u8], constants: [u32; 4], first: Binding<'_>| {
             let constants = [&constants[..], &[stride, offset, format]].concat();
-            let shaders = Shaders { vertex, fragment: Some(spirv!("methods/ids.frag")), constants: &constants };
+            let shaders = Shaders {
+                vertex,
+                tessellation: None,
+                fragment: Some(spirv!("methods/ids.frag")),
+                constants: &constants,
+            };
             Graphics::new(gpu, name, &shaders, &[&[first], &bindings[1..], &fetched].concat(), &state)
         };
         let cull = shape.comparison.cull as u32;

@@ -60,7 +60,7 @@ impl SilhouetteMap {
             let (vertex, fragment) = (spirv!("methods/silhouette_draw.vert"), spirv!("methods/silhouette_draw.frag"));
             let [stride, offset, format] = edges.position_words();
             let constants = [layer, position, edges.number_bits(), stride, offset, format];
-            let shaders = Shaders { vertex, fragment: Some(fragment), constants: &constants };
+            let shaders = Shaders { vertex, tessellation: None, fragment: Some(fragment), constants: &constants };
             Graphics::new(gpu, "silhouette_draw", &shaders, &bindings, &state)
         };
         Ok(Self {

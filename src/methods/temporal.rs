@@ -10,7 +10,7 @@ use super::{FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Sampli
 use crate::Light;
 use crate::gpu::structs::{Fit, Frame, TemporalJitter, TemporalPush};
 use crate::gpu::sync::{self, Access};
-use crate::gpu::{Binding, Buffer, Compute, Image, spirv};
+use crate::gpu::{Binding, Buffer, Compute, Image, Timer, spirv};
 use crate::lab::{Lab, LabError};
 use ash::vk;
 use glam::{DVec3, Vec3};
@@ -220,13 +220,13 @@ impl Temporal {
             fits.iter_mut().flatten().for_each(|fit| *fit = jittered(fit, jitter));
         }
         let device = &lab.gpu().device;
-        let steps = |step, cmd| match step {
+        let steps = |step, cmd, _: &mut Timer| match step {
             Step::Reset if !boxes.is_empty() => {
                 let bytes = bytemuck::cast_slice(&boxes);
                 // SAFETY: the command buffer is recording; the boxes fit the buffer; earlier reads of it are waited for
                 unsafe { device.cmd_update_buffer(cmd, self.boxes.raw, 0, bytes) };
             }
-            Step::Reset | Step::Slice => {}
+            Step::Reset | Step::Slice | Step::Warp => {}
             Step::Fitted => self.jitter.dispatch(cmd, &jitter, [1, 1, 1]),
         };
         let times = lab.frame(|cmd, timer| {

@@ -129,7 +129,7 @@ impl Method for Tiled {
         let light = map_light::constants(&lab.view().lights[0], lab, self.settings.comparison.bias_texels)?;
         let given = Given { light, fits: None, slices: Slices::zeroed() };
         let camera = lab.camera_constants()?;
-        let steps = |step, cmd| {
+        let steps = |step, cmd, _: &mut Timer| {
             if step == Step::Reset {
                 self.tiles.reset(cmd);
             }

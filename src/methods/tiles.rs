@@ -73,7 +73,8 @@ impl Tiles {
             depth_compare: vk::CompareOp::ALWAYS,
             ..GraphicsState::casters(scene.position_layout, false)
         };
-        let clear = Shaders { vertex: spirv!("methods/tile_clear.vert"), fragment: None, constants: &[] };
+        let clear =
+            Shaders { vertex: spirv!("methods/tile_clear.vert"), tessellation: None, fragment: None, constants: &[] };
         let (list_spirv, items_spirv) = (spirv!("methods/tile_list.comp"), spirv!("methods/tile_items.comp"));
         let pairs_spirv = spirv!("methods/tile_pairs.comp");
         let buffers = [&root, &drawn, &picked, &counts, &list, &items, &pairs, &commands];

@@ -4,17 +4,15 @@
 
 use super::comparison::Comparison;
 use super::map::{self, Given, Map, Screen, Shape};
-use super::map_fit::{across, box_corners, frustum_in_box};
+use super::map_cover::Cover;
 use super::{
     DebugPicture, FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Sampling, Statistics, map_light,
     map_sampling,
 };
 use crate::Light;
-use crate::engine::constants::light_axes;
-use crate::gpu::structs::{Fit, Slices};
+use crate::gpu::structs::Slices;
 use crate::lab::{Lab, LabError};
 use bytemuck::Zeroable;
-use glam::{DVec2, DVec3};
 
 pub(super) const SIDE: u32 = 4096;
 
@@ -43,16 +41,9 @@ pub(super) const INFO: MethodInfo = MethodInfo {
     create: |spec, lab| Ok(Box::new(Uniform::new(spec, lab, settings(spec, SIDE)?, Screen::new(lab)?)?)),
 };
 
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum FitTo {
-    Scene,
-    Frustum,
-    Samples,
-}
-
 pub(super) struct Settings {
     resolution: u32,
-    fit: FitTo,
+    cover: Cover,
     pub(super) comparison: Comparison,
 }
 
@@ -60,11 +51,7 @@ pub(super) struct Settings {
 pub(super) fn settings(spec: &MethodSpec, side: u32) -> Result<Settings, LabError> {
     Ok(Settings {
         resolution: spec.u32_in(RESOLUTION.key, side, 64..=16384)?,
-        fit: match spec.one_of(FIT.key, FIT.default, &["scene", "frustum", "samples"])? {
-            "scene" => FitTo::Scene,
-            "frustum" => FitTo::Frustum,
-            _ => FitTo::Samples,
-        },
+        cover: Cover::of(spec, FIT.default)?,
         comparison: Comparison::of(spec)?,
     })
 }
@@ -82,7 +69,7 @@ impl Uniform {
     /// Maps of silhouettes too where `screen` has edges.
     pub(super) fn new(spec: &MethodSpec, lab: &Lab, settings: Settings, screen: Screen) -> Result<Self, LabError> {
         let lights = &lab.view().lights;
-        if settings.fit == FitTo::Frustum && lights.iter().any(|l| map_light::half_side(l).is_some()) {
+        if settings.cover == Cover::Frustum && lights.iter().any(|l| map_light::half_side(l).is_some()) {
             return Err(LabError::Refused(format!(
                 "'{spec}': fit=frustum serves directional lights; allowed for spot and point lights is fit=scene or samples"
             )));
@@ -100,32 +87,6 @@ impl Uniform {
     pub(super) fn first(&self) -> (&Screen, &Map) {
         (&self.screen, &self.maps[0])
     }
-
-    /// The fit of each layer that needs no look at the samples.
-    fn fixed_fits(&self, lab: &Lab, light: &Light, map: &Map) -> Result<Vec<Fit>, LabError> {
-        let points: Vec<_> = match map_light::half_side(light) {
-            Some(half) => [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]].map(|c| half * DVec2::from(c)).to_vec(),
-            None => {
-                let eye = lab.view().camera.eye - lab.scene().origin;
-                across(&self.parallel_points(lab), eye, light_axes(map_light::direction(light))?)
-            }
-        };
-        Ok(vec![map.fit(&points); map.shape().layers as usize])
-    }
-
-    /// Corners of what a parallel light's map covers, relative to the scene's origin.
-    fn parallel_points(&self, lab: &Lab) -> Vec<DVec3> {
-        let scene = lab.scene_buffers();
-        let bounds = [scene.bounds_min.into(), scene.bounds_max.into()];
-        if self.settings.fit == FitTo::Frustum {
-            let camera = &lab.view().camera;
-            let clipped = frustum_in_box(lab.view(), lab.scene().origin, [camera.near, camera.far], bounds);
-            if !clipped.is_empty() {
-                return clipped;
-            }
-        }
-        box_corners(bounds).to_vec()
-    }
 }
 
 impl Uniform {
@@ -133,13 +94,9 @@ impl Uniform {
     pub(super) fn given(&self, lab: &Lab) -> Result<Vec<Given>, LabError> {
         map::check_lights(lab, &self.maps)?;
         let given = |(light, map): (&Light, &Map)| {
-            let fits = match self.settings.fit {
-                FitTo::Samples => None,
-                _ => Some(self.fixed_fits(lab, light, map)?),
-            };
             Ok(Given {
                 light: map_light::constants(light, lab, self.settings.comparison.bias_texels)?,
-                fits,
+                fits: self.settings.cover.fits(lab, light, map)?,
                 slices: Slices::zeroed(),
             })
         };
@@ -151,7 +108,9 @@ impl Method for Uniform {
     fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError> {
         let given = self.given(lab)?;
         let camera = lab.camera_constants()?;
-        lab.frame(|cmd, timer| map::record((lab, &camera), (cmd, timer), &self.screen, &self.maps, &given, |_, _| ()))
+        lab.frame(|cmd, timer| {
+            map::record((lab, &camera), (cmd, timer), &self.screen, &self.maps, &given, |_, _, _| ())
+        })
     }
 
     fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {

@@ -6,6 +6,7 @@ use super::comparison::Comparison;
 use super::map::{self, Given, Map, Screen, Shape, Step};
 use super::warp_passes::{self, Passes, Rule};
 use super::{FrameTimes, Masks, Method, MethodSpec, Parameter, Sampling, Statistics, map_light, map_sampling};
+use crate::gpu::Timer;
 use crate::gpu::structs::Slices;
 use crate::lab::{Lab, LabError};
 use bytemuck::Zeroable;
@@ -65,9 +66,9 @@ impl Method for Warp {
         let axis = warp_passes::axis(lab)?;
         let camera = lab.camera_constants()?;
         let [map] = &self.map;
-        let steps = |step, cmd| match step {
+        let steps = |step, cmd, _: &mut Timer| match step {
             Step::Reset => self.passes.reset(cmd),
-            Step::Slice => {}
+            Step::Slice | Step::Warp => {}
             Step::Fitted => self.passes.record(cmd, (&self.screen, map), axis),
         };
         lab.frame(|cmd, timer| map::record((lab, &camera), (cmd, timer), &self.screen, &self.map, &[given], steps))

@@ -15,12 +15,12 @@ const SIZE: [u32; 2] = [320, 180];
 const EDGE_ERROR: f64 = 4.0;
 const OFF_EDGE: f64 = 0.1;
 
-fn method(lab: &Lab, spec: &str) -> Result<Box<dyn Method>, LabError> {
+pub fn method(lab: &Lab, spec: &str) -> Result<Box<dyn Method>, LabError> {
     create(&MethodSpec::parse(spec).unwrap(), lab)
 }
 
 /// Visibility of one frame, and how many samples lay outside the map of their layer.
-fn draw(lab: &Lab, spec: &str) -> (Vec<f32>, u64) {
+pub fn draw(lab: &Lab, spec: &str) -> (Vec<f32>, u64) {
     let mut method = method(lab, spec).unwrap();
     method.frame(lab).unwrap();
     let counters = method.statistics(lab).unwrap().counters;
@@ -29,7 +29,7 @@ fn draw(lab: &Lab, spec: &str) -> (Vec<f32>, u64) {
 }
 
 /// Compares with `reference` and checks that wrong images would be seen.
-fn near_truth(name: &str, visibility: &[f32], reference: &Reference) {
+pub fn near_truth(name: &str, visibility: &[f32], reference: &Reference) {
     mixed(visibility).unwrap_or_else(|why| panic!("{name}: {why}"));
     mixed(&reference.visibility_image()).unwrap_or_else(|why| panic!("{name}, reference: {why}"));
     let m = compare(visibility, reference).unwrap();
@@ -294,6 +294,8 @@ fn every_sample_lies_in_the_map_of_its_layer() {
                 "fvsm:tile=64,tiles=200,filter=pcf",
                 "tiled:tile=256",
                 "qvsm:tile=64,tiles=5",
+                "rtw:resolution=256",
+                "rtw:resolution=256,analysis=hybrid,subdivide=2.5",
             ][..],
         ),
         (point, &["uniform:resolution=256", "uniform:resolution=256,fit=scene", "silhouette:resolution=256"]),
@@ -368,6 +370,7 @@ fn unserved_lights_are_refused() {
         (&point, "psm", "directional"),
         (&cone, "temporal", "directional"),
         (&point, "hybrid", "directional"),
+        (&cone, "rtw", "directional"),
         (&cone, "uniform:fit=frustum", "fit=frustum"),
         (&point, "uniform:fit=frustum", "fit=frustum"),
         (&cone, "silhouette:fit=frustum", "fit=frustum"),
@@ -397,7 +400,7 @@ fn another_kind_of_light_is_refused_later() {
         "fvsm:tiles=4",
         "qvsm:tiles=4",
         "tiled:tiles=4",
-        "silhouette:resolution=64",
+        "rtw:resolution=64",
     ] {
         let mut method = method(&lab, spec).unwrap();
         method.frame(&lab).unwrap();

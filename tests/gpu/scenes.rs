@@ -251,6 +251,16 @@ pub fn long_row(size: [u32; 2]) -> (Scene, View) {
     (b.finish(), view([0.3, 1.7, 44.0], [0.0, 1.0, 30.0], [0.7, -1.0, -0.2], size))
 }
 
+/// A floor of two triangles over 120 m and a triangle of 60 m above it that ends in the view.
+pub fn huge_triangle(size: [u32; 2]) -> (Scene, View) {
+    let mut b = Builder::new("triangle");
+    b.add(OPAQUE, &sheet(1, |u, v| DVec3::new(120.0 * u - 60.0, 0.0, 120.0 * v - 60.0)));
+    let corners = [[-1.5, 2.0, 14.0], [46.0, 2.0, -34.0], [-3.0, 2.0, -45.0]];
+    b.add(OPAQUE, &corners.map(|p| ([0.0; 2], p.into())));
+    b.add(OPAQUE, &block(DVec3::new(-2.0, -0.05, 12.0), DVec3::new(-1.8, 1.2, 12.2)));
+    (b.finish(), view([0.3, 1.7, 17.0], [0.0, 0.9, 10.0], [0.3, -1.0, -0.2], size))
+}
+
 /// A floor under a larger roof, seen from between them: every sample that faces the light is in shadow.
 pub fn under_a_roof(size: [u32; 2]) -> (Scene, View) {
     let mut b = Builder::new("roof");
