@@ -134,7 +134,7 @@ fn usage_errors() {
         ("render --out o --method rtw:edge=0.5", &["analysis=backward", "edge=1", "hybrid"]),
         ("render --out o --method rtw:view=false", &["view=false", "analysis=forward"]),
         ("render --out o --method rtw:subdivide=200", &["'200'", "subdivide", "from 0 to 100"]),
-        ("render --out o --method rtw:bias=midpoint", &["second surface", "bias=plane"]),
+        ("render --out o --method rtw:bias=ids", &["unwarped maps", "bias=plane"]),
         ("render --out o --method raytraced:turned=yes", &["'yes'", "turned", "true or false"]),
         ("compare --out o", &["--methods"]),
         ("compare --out o --methods rmsm,", &["--methods"]),

@@ -2,7 +2,7 @@
 //! wide as what they hold is important. Importance is found on the GPU: from the visible samples (backward analysis), from a
 //! coarse depth image of the light (forward), or from both (hybrid).
 
-use super::comparison::Comparison;
+use super::comparison::{BiasKind, Comparison};
 use super::map::{self, Given, Map, Screen, Shape, Step, Warped};
 use super::map_cover::Cover;
 use super::{
@@ -158,8 +158,8 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
     if analysis != Analysis::Forward && !settings.view {
         return refused("view=false", "analysis=forward with it: only what the camera sees has importance otherwise");
     }
-    if settings.comparison.bias.peels() {
-        return refused("a bias by the second surface", "bias=plane, constant, slope or second");
+    if settings.comparison.bias.peels() || settings.comparison.bias == BiasKind::Ids {
+        return refused("a bias by what only unwarped maps hold", "bias=plane, constant, slope or second");
     }
     Ok(settings)
 }
