@@ -8,9 +8,10 @@ use spirv::{assert_layout, check_layout, committed, files, path, read};
 use std::collections::BTreeSet;
 use std::mem::offset_of;
 use umbrage::gpu::structs::{
-    AtlasPush, ChoosePush, Counters, Face, Fit, Frame, ItemPush, LightRecord, MapLight, MeshBounds, Node, Page,
-    PreparePush, RequestPush, RetryPush, ShadeLight, ShadePush, Slices, Slot, TileCounts, Tracked, TrianglePush,
-    WarpMeasure, WarpPush, WarpRecord,
+    AnalyzePush, AsmCounts, AsmGpuCounts, AsmGpuPush, AsmPush, AtlasPush, Cell, ChoosePush, Counters, Face, Fit, Frame,
+    ItemPush, LightRecord, MapLight, MeshBounds, Node, Page, PreparePush, RequestPush, RetryPush, ShadeLight,
+    ShadePush, Slices, Slot, StalePush, TileCounts, TilePage, Tracked, TrianglePush, VirtualMap, WarpMeasure, WarpPush,
+    WarpRecord,
 };
 use umbrage::scene::{Cluster, Instance, Material};
 
@@ -115,6 +116,27 @@ fn map_structs_are_those_of_the_shaders() {
 }
 
 #[test]
+fn quadtree_structs_are_those_of_the_shaders() {
+    let all = committed("methods/");
+    let map = fields!(VirtualMap, eye_page eye_inside page square rule frame reset);
+    assert_layout::<VirtualMap>(&all, "VirtualMap", map);
+    assert_layout::<Cell>(&all, "Cell", fields!(Cell, child tile));
+    assert_layout::<TilePage>(&all, "TilePage", fields!(TilePage, depth x y parent used value seen benefit texels));
+    let counts = fields!(AsmCounts, resident made evicted displaced waiting last_made stale);
+    assert_layout::<AsmCounts>(&all, "AsmCounts", counts);
+    let counts = fields!(AsmGpuCounts, resident iterations requested outstanding cells);
+    assert_layout::<AsmGpuCounts>(&all, "AsmGpuCounts", counts);
+    // `KNOWN_BYTES` in src/methods/asm.rs
+    assert_eq!(check_layout(&all, "Known", 112, &[("instance", 0), ("center", 80), ("extent", 96)]), Ok(()));
+    let push = |shader: &str| committed(&format!("methods/{shader}.comp"));
+    assert_layout::<AnalyzePush>(&push("asm_analyze"), "Push", fields!(AnalyzePush, step offset));
+    assert_layout::<AsmPush>(&push("asm_choose"), "Push", fields!(AsmPush, most threshold overhead));
+    assert_layout::<StalePush>(&push("asm_stale"), "Push", fields!(StalePush, instance_count tiles reset));
+    let push = push("asm_gpu_allocate");
+    assert_layout::<AsmGpuPush>(&push, "Push", fields!(AsmGpuPush, first last groups argument));
+}
+
+#[test]
 fn window_structs_are_those_of_the_shaders() {
     let of = |shader: &str| committed(&format!("window/{shader}.comp"));
     assert_layout::<ShadeLight>(&of("shade"), "ShadeLight", fields!(ShadeLight, place direction cone));
@@ -157,6 +179,9 @@ fn no_struct_is_forgotten() {
         "ShadeLight",
         "TileItem",
         "TilePair",
+        "Cell",
+        "TilePage",
+        "Known",
     ];
     let structs = committed("").into_iter().flat_map(|s| read(&s.words).structs).filter(|s| s.stride.is_some());
     // what hosts include has a longer name

@@ -6,6 +6,7 @@
 #include "methods/fit.glsl"
 #include "methods/sample.glsl"
 #include "methods/bias.glsl"
+#include "methods/layer_plane.glsl"
 #include "methods/tile.glsl"
 
 // A lookup with receiver-plane bias: the nearest texel, or a kernel around it; 1 where there is no surface or no layer holds the sample.
@@ -57,41 +58,21 @@ bool lit_by_depth(uint layer, float z, ivec2 texel, float size, vec2 slope, floa
 
 // False where the layer does not hold the sample.
 bool look_up(uint layer, uvec2 pixel, Sample s, out float lit) {
-    uint face = face_of(layer);
-    vec3 ls = light_space(face, s.from_eye);
-    float w = divisor(ls.z);
-    vec3 t = vec3(ls.xy / w, 1.0);
     Fit fit = fits[layer];
-    float q = dot(fit.row_w.xyz, t);
-    vec2 uv = vec2(dot(fit.row_u.xyz, t), dot(fit.row_v.xyz, t)) / q;
-    if (w <= 0.0 || q <= 0.0 || any(lessThan(uv, vec2(0.0))) || any(greaterThanEqual(uv, vec2(1.0)))) {
+    LayerPlace p;
+    if (!place_in_layer(fit, face_of(layer), s, float(textureSize(map, 0).x), p)) {
         return false;
     }
-    vec3 normal = turned(face, s.normal);
-    float side = float(textureSize(map, 0).x);
-    vec2 texel = uv * side;
-    // change of t from a texel to the next, along u and along v
-    mat2 along = inverse(transpose(mat2(fit.row_u.xy - uv.x * fit.row_w.xy, fit.row_v.xy - uv.y * fit.row_w.xy)) * (side / q));
-    vec2 size = w * vec2(length(along[0]), length(along[1]));
-    // change of z per unit across, in the receiver's plane at constant x / w and y / w
-    float facing = has_position() ? dot(normal, ls) : normal.z;
-    vec2 across = clamp(-normal.xy * w / facing, -200.0, 200.0);
-    vec2 slope = w * vec2(dot(across, along[0]), dot(across, along[1]));
     if (BIAS != BIAS_PLANE) {
-        lit = lit_by_depth(layer, ls.z, ivec2(texel), max(size.x, size.y), slope, q) ? 1.0 : 0.0;
+        lit = lit_by_depth(layer, p.ls.z, ivec2(p.texel), max(p.size.x, p.size.y), p.slope, p.q) ? 1.0 : 0.0;
         return true;
     }
-    float bias = light.rule.x * receiver_bias(max(size.x, size.y), slope) + light.rule.y;
-    // stored depth is affine over the receiver's plane
-    float nearer = has_position() ? max(ls.z - bias, 1e-6 * ls.z) : ls.z - bias;
-    float per_z = has_position() ? -light.depth.y / (ls.z * ls.z) : light.depth.x;
-    float depth = stored_depth(nearer) / q;
-    vec2 change = (slope * per_z - depth * vec2(dot(fit.row_w.xy, along[0]), dot(fit.row_w.xy, along[1]))) / q;
+    Plane plane = receiver_plane(fit, p);
     if (FILTER != FILTER_HARD) {
-        lit = kernel_visibility(Plane(texel, depth, change, 0.0), uvec2(layer, 0u), pixel);
+        lit = kernel_visibility(plane, uvec2(layer, 0u), pixel);
     } else {
-        float caster = texelFetch(map, ivec3(ivec2(texel), layer), 0).r;
-        lit = depth + dot(change, floor(texel) + 0.5 - texel) >= caster ? 1.0 : 0.0;
+        float caster = texelFetch(map, ivec3(ivec2(plane.texel), layer), 0).r;
+        lit = plane.depth + dot(plane.slope, floor(plane.texel) + 0.5 - plane.texel) >= caster ? 1.0 : 0.0;
     }
     return true;
 }

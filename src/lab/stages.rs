@@ -26,7 +26,7 @@ use bytemuck::{Pod, Zeroable};
 type Result<T> = std::result::Result<T, LabError>;
 
 /// Copies `data` to the start of a buffer.
-fn write<T: Pod>(lab: &Lab, buffer: &Buffer, data: &[T]) -> Result<()> {
+pub(super) fn write<T: Pod>(lab: &Lab, buffer: &Buffer, data: &[T]) -> Result<()> {
     let bytes: &[u8] = bytemuck::cast_slice(data);
     if bytes.is_empty() {
         return Ok(());
@@ -86,7 +86,7 @@ fn clear(lab: &Lab, buffers: &[&Buffer]) -> Result<()> {
     Ok(())
 }
 
-fn read<T: Pod>(lab: &Lab, buffer: &Buffer) -> Result<Vec<T>> {
+pub(super) fn read<T: Pod>(lab: &Lab, buffer: &Buffer) -> Result<Vec<T>> {
     let bytes = lab.read_buffer(buffer)?;
     let whole = bytes.len() / size_of::<T>() * size_of::<T>();
     Ok(bytemuck::pod_collect_to_vec(&bytes[..whole]))

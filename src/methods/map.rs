@@ -269,6 +269,11 @@ impl Map {
         self.tiles.as_ref()
     }
 
+    /// What all layers hold; readable by shaders between draws.
+    pub(super) fn image(&self) -> &Image {
+        &self.image
+    }
+
     /// The fit of each layer.
     pub(super) fn fits(&self) -> &Buffer {
         &self.fits

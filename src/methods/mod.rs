@@ -1,5 +1,7 @@
 //! The methods of the literature behind one trait, on the same scene, camera, timers and reference.
 
+mod asm;
+mod asm_gpu;
 mod comparison;
 mod csm;
 mod lispsm;
@@ -7,6 +9,7 @@ mod map;
 mod map_fit;
 mod map_light;
 mod psm;
+mod quadtree;
 mod raytraced;
 mod rmsm;
 mod rmsm_pages;
@@ -173,8 +176,17 @@ pub trait Method {
 }
 
 /// All methods; the first is the default.
-pub static METHODS: &[MethodInfo] =
-    &[rmsm::INFO, uniform::INFO, csm::INFO, lispsm::INFO, tsm::INFO, psm::INFO, raytraced::INFO];
+pub static METHODS: &[MethodInfo] = &[
+    rmsm::INFO,
+    uniform::INFO,
+    csm::INFO,
+    lispsm::INFO,
+    tsm::INFO,
+    psm::INFO,
+    asm::INFO,
+    asm_gpu::INFO,
+    raytraced::INFO,
+];
 
 fn info(spec: &MethodSpec) -> Result<&'static MethodInfo, LabError> {
     METHODS.iter().find(|method| method.name == spec.name).ok_or_else(|| {

@@ -29,7 +29,7 @@ fn draw(lab: &Lab, spec: &str) -> (Vec<f32>, u64) {
 }
 
 /// Compares with `reference` and checks that wrong images would be seen.
-fn near_truth(name: &str, visibility: &[f32], reference: &Reference) {
+pub fn near_truth(name: &str, visibility: &[f32], reference: &Reference) {
     mixed(visibility).unwrap_or_else(|why| panic!("{name}: {why}"));
     mixed(&reference.visibility_image()).unwrap_or_else(|why| panic!("{name}, reference: {why}"));
     let m = compare(visibility, reference).unwrap();
