@@ -124,7 +124,7 @@ fn quadtree_structs_are_those_of_the_shaders() {
     assert_layout::<TilePage>(&all, "TilePage", fields!(TilePage, depth x y parent used value seen benefit texels));
     let counts = fields!(AsmCounts, resident made evicted displaced waiting last_made stale);
     assert_layout::<AsmCounts>(&all, "AsmCounts", counts);
-    let counts = fields!(AsmGpuCounts, resident iterations requested outstanding cells);
+    let counts = fields!(AsmGpuCounts, resident iterations requested outstanding cells asking);
     assert_layout::<AsmGpuCounts>(&all, "AsmGpuCounts", counts);
     // `KNOWN_BYTES` in src/methods/asm.rs
     assert_eq!(check_layout(&all, "Known", 112, &[("instance", 0), ("center", 80), ("extent", 96)]), Ok(()));

@@ -36,8 +36,9 @@ void main() {
         page.value = 0u;
         page.seen = 0u;
     }
-    // samples are taken by turns, so that one frame may see few of a page's
-    page.value = max(page.seen, page.value - (page.value + 7u) / 8u);
+    // an edge is as wide as a few texels: without the page twice as many samples would lie on it. Samples are taken by turns,
+    // so that one frame may see few of a page's
+    page.value = max(2u * page.seen, page.value - (page.value + 7u) / 8u);
     page.seen = 0u;
     page.benefit = uint[4](0u, 0u, 0u, 0u);
     page.texels = uint[4](0u, 0u, 0u, 0u);

@@ -69,18 +69,18 @@ void main() {
     if (local == 0u) {
         AsmGpuCounts c = counts;
         if (first == 1u) {
-            c = AsmGpuCounts(root_count(), 0u, 0u, 0u, root_count());
+            c = AsmGpuCounts(root_count(), 0u, 0u, 0u, root_count(), 1u);
         }
         c.resident = taken + made;
         c.iterations += made > 0u ? 1u : 0u;
         c.requested += distinct;
-        // what is refused is asked for again, so that only the last count matters
-        c.outstanding = distinct - made;
+        // what is refused is asked for again, so that only the last count of those that were asked matters
+        c.outstanding = c.asking == 1u ? distinct - made : c.outstanding;
+        c.asking = made > 0u ? 1u : 0u;
         counts = c;
         counters.requests[0] = 0u;
-        bool again = made > 0u;
-        arguments[argument] = again ? groups.x : 0u;
-        arguments[argument + 1u] = again ? groups.y : 0u;
+        arguments[argument] = c.asking * groups.x;
+        arguments[argument + 1u] = c.asking * groups.y;
         arguments[argument + 2u] = 1u;
     }
 }

@@ -5,4 +5,5 @@ struct AsmGpuCounts {
     uint requested;    // distinct pages asked for, over all iterations
     uint outstanding;  // distinct pages asked for at last that were not made
     uint cells;        // nodes of the tree that are taken
+    uint asking;       // 1 where samples are asked in the next iteration
 };

@@ -30,8 +30,8 @@ struct TilePage {
     uint y;
     uint parent;      // cell of the parent + 1; 0 at ROOT_DEPTH
     uint used;        // frame that last looked it up
-    uint value;       // samples on edges that would miss it: the most of recent frames
-    uint seen;        // the same in this frame
+    uint value;       // samples on edges that would miss it, as its parent would count them: the most of recent frames
+    uint seen;        // samples on edges of its own in this frame that are not satisfied with less
     uint benefit[4];  // samples on edges for which the page is too coarse, in each quarter
     uint texels[4];   // sum over them of 4^(levels that they lack)
 };

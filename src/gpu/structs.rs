@@ -438,6 +438,7 @@ pub struct AsmGpuCounts {
     pub requested: u32,
     pub outstanding: u32,
     pub cells: u32,
+    pub asking: u32,
 }
 
 /// Push constants of `methods/asm_gpu_allocate.comp`.

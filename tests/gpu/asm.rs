@@ -236,7 +236,7 @@ fn settled_maps_match_the_reference() {
         let name = scene.name.clone();
         let lab = Bench::new(scene, view);
         let reference = lab.reference(0, &|_| {}).unwrap();
-        for spec in ["asm", "asm:cell=64,sampling=1,cells=64", "asm:level=min_length,level_bias=0"] {
+        for spec in ["asm", "asm:cell=64,sampling=1,cells=64", "asm:level=min_length"] {
             let mut method = method(&lab, spec);
             let frames = settle(&mut *method, &lab);
             let pages = counter(&mut *method, &lab, "pages_resident");
@@ -363,10 +363,11 @@ fn pages_are_kept_until_the_light_changes() {
     settle(&mut *method, &lab);
     let image = method.visibility(&lab, 0).unwrap();
     let kept = counter(&mut *method, &lab, "pages_resident");
-    lab.look(turned(&view, 0.4)).unwrap();
+    lab.look(turned(&view, 0.12)).unwrap();
     settle(&mut *method, &lab);
     let reference = lab.reference(0, &|_| {}).unwrap();
-    maps::near_truth("turned", &method.visibility(&lab, 0).unwrap(), &reference);
+    let m = compare(&method.visibility(&lab, 0).unwrap(), &reference).unwrap();
+    assert!(m.edge_pixels > 100 && m.edge_error < 4.0 && m.off_edge < 0.1, "turned: {m:?}");
     assert!(counter(&mut *method, &lab, "pages_resident") >= kept);
     lab.look(view.clone()).unwrap();
     method.frame(&lab).unwrap();
@@ -402,13 +403,13 @@ fn pages_do_not_move_with_the_eye() {
 /// A full map serves new views: what is not in use gives way.
 #[test]
 fn a_full_map_gives_tiles_to_what_is_seen() {
-    let (scene, view) = scenes::long_row(SIZE);
+    let (scene, view) = scenes::street(SIZE);
     let mut lab = Bench::new(scene, view.clone());
     let mut method = method(&lab, "asm:memory_mib=4,sampling=1");
     settle(&mut *method, &lab);
     let capacity = counter(&mut *method, &lab, "page_capacity");
     let mut evicted = 0;
-    for share in [0.5, -0.5, 0.0] {
+    for share in [0.5, -0.3, 0.0] {
         lab.look(turned(&view, share)).unwrap();
         for _ in 0..12 {
             method.frame(&lab).unwrap();

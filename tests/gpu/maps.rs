@@ -255,6 +255,8 @@ fn every_sample_lies_in_the_map_of_its_layer() {
                 "lispsm:resolution=512,warp=always",
                 "tsm:resolution=512,warp=always",
                 "psm:resolution=512,warp=always",
+                "asm",
+                "asm_gpu",
             ][..],
         ),
         (point, &["uniform:resolution=256", "uniform:resolution=256,fit=scene"]),
@@ -324,6 +326,8 @@ fn unserved_lights_are_refused() {
         (&point, "csm", "directional"),
         (&cone, "lispsm", "directional"),
         (&point, "psm", "directional"),
+        (&cone, "asm", "directional"),
+        (&point, "asm_gpu", "directional"),
         (&cone, "uniform:fit=frustum", "fit=frustum"),
         (&point, "uniform:fit=frustum", "fit=frustum"),
     ] {
@@ -342,7 +346,7 @@ fn another_kind_of_light_is_refused_later() {
     let at = DVec3::new(0.0, 4.0, 0.0);
     let (scene, view) = scenes::sphere_on_plane([16, 16]);
     let mut lab = Bench::new(scene, view.clone());
-    for spec in ["uniform:resolution=64", "csm:resolution=64", "lispsm:resolution=64"] {
+    for spec in ["uniform:resolution=64", "csm:resolution=64", "lispsm:resolution=64", "asm", "asm_gpu"] {
         let mut method = method(&lab, spec).unwrap();
         method.frame(&lab).unwrap();
         let cone = spot(at, -DVec3::Y, 30.0, 10.0);
