@@ -122,7 +122,7 @@ fn quadtree_structs_are_those_of_the_shaders() {
     assert_layout::<VirtualMap>(&all, "VirtualMap", map);
     assert_layout::<Cell>(&all, "Cell", fields!(Cell, child tile));
     assert_layout::<TilePage>(&all, "TilePage", fields!(TilePage, depth x y parent used value seen benefit texels));
-    let counts = fields!(AsmCounts, resident made evicted displaced waiting last_made stale);
+    let counts = fields!(AsmCounts, resident made evicted displaced waiting stale);
     assert_layout::<AsmCounts>(&all, "AsmCounts", counts);
     let counts = fields!(AsmGpuCounts, resident iterations requested outstanding cells asking);
     assert_layout::<AsmGpuCounts>(&all, "AsmGpuCounts", counts);

@@ -142,7 +142,6 @@ void serve(uvec2 offer, uvec2 victim) {
     }
     make(tile, from, quarter);
     counts.made++;
-    counts.last_made = map.frame;
 }
 
 void main() {
@@ -154,7 +153,6 @@ void main() {
         counts.evicted = 0u;
         counts.displaced = 0u;
         counts.waiting = 0u;
-        counts.last_made = map.reset == 1u ? map.frame : counts.last_made;
         done = false;
     }
     barrier();

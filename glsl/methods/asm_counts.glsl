@@ -5,6 +5,5 @@ struct AsmCounts {
     uint evicted;    // pages that were not in use and lost their tiles
     uint displaced;  // pages in use that lost them to others worth more
     uint waiting;    // 1 where more pages were wanted than a frame makes
-    uint last_made;  // frame that made pages last
     uint stale;      // pages drawn again as casters changed
 };

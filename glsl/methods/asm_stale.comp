@@ -4,7 +4,7 @@
 #include "methods/fit.glsl"
 
 // Has the tiles drawn again that a caster touches, or touched, which is not what it was in the last frame: moved, deformed or
-// otherwise changed. A workgroup compares an instance, then its threads share the tiles.
+// otherwise changed. A thread looks after an instance.
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const float SIDE = 128.0;
 #define LIGHT_BINDING 0
@@ -40,21 +40,21 @@ bool same(Instance a, Instance b) {
 }
 
 void main() {
-    uint index = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    uint index = gl_GlobalInvocationID.x;
     if (index >= instance_count) {
         return;
     }
     Known before = known[index];
     Instance instance = instances[index];
+    bool changed = reset == 1u || !same(before.instance, instance);
+    if (!changed) {
+        return;
+    }
     MeshBounds mesh = meshes[instance.mesh];
     Known now = Known(instance, vec4(mesh.center[0], mesh.center[1], mesh.center[2], 0.0), vec4(mesh.extent[0], mesh.extent[1], mesh.extent[2], 0.0));
-    bool changed = !same(before.instance, instance);
-    barrier();
-    if (gl_LocalInvocationIndex == 0u && (changed || reset == 1u)) {
-        known[index] = now;
-    }
-    uint end = changed && reset == 0u ? tiles : 0u;
-    for (uint tile = gl_LocalInvocationIndex; tile < end; tile += 64u) {
+    known[index] = now;
+    uint end = reset == 0u ? tiles : 0u;
+    for (uint tile = 0u; tile < end; tile++) {
         Fit fit = fits[tile];
         bool is_page = fit.texel.x > 0.0;
         bool touched = touches(fit, before.instance, before.center.xyz, before.extent.xyz, SIDE) ||

@@ -424,7 +424,6 @@ pub struct AsmCounts {
     pub evicted: u32,
     pub displaced: u32,
     pub waiting: u32,
-    pub last_made: u32,
     pub stale: u32,
 }
 

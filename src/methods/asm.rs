@@ -69,8 +69,6 @@ impl Keys {
 
 /// Bytes of `Known` in `glsl/methods/asm_stale.comp`.
 const KNOWN_BYTES: u64 = 112;
-/// Most workgroups along x.
-const DISPATCH_X: u32 = 32768;
 
 pub(super) struct Asm {
     tree: Quadtree,
@@ -81,8 +79,6 @@ pub(super) struct Asm {
     stale: Compute,
     analyze: Compute,
     choose: Compute,
-    /// Number of the last frame.
-    frame: u32,
 }
 
 impl Asm {
@@ -136,7 +132,6 @@ impl Asm {
             push,
             known,
             counts,
-            frame: 0,
         })
     }
 
@@ -154,7 +149,6 @@ impl Method for Asm {
     fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError> {
         use Access::{ComputeRead, ComputeWrite};
         let seen = self.tree.look(lab, true)?;
-        self.frame = seen.place.frame;
         let camera = lab.camera_constants()?;
         let device = &lab.gpu().device;
         let next = |cmd| sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite), (ComputeWrite, ComputeRead)]);
@@ -170,9 +164,9 @@ impl Method for Asm {
                 // SAFETY: the command buffer is recording; the map's commands wait for the last frame and for this
                 unsafe { device.cmd_fill_buffer(cmd, self.counts.raw, offset, 4, 0) };
             });
-            let rows = instance_count.div_ceil(DISPATCH_X);
-            self.stale.dispatch(cmd, &stale, [instance_count.min(DISPATCH_X), rows, 1]);
+            self.stale.dispatch(cmd, &stale, [instance_count.div_ceil(64), 1, 1]);
             next(cmd);
+            timer.mark(cmd, "stale");
             if reset == 1 {
                 // there is nothing yet to be analysed
                 self.tree.record_draw(lab, cmd);
@@ -205,8 +199,8 @@ impl Method for Asm {
     fn statistics(&mut self, lab: &Lab) -> Result<Statistics, LabError> {
         let mut statistics = self.tree.statistics(lab)?;
         let counts: AsmCounts = bytemuck::pod_read_unaligned(&lab.read_buffer(&self.counts)?[..size_of::<AsmCounts>()]);
-        // all pixels have had their turn since the last page was made
-        let settled = self.frame >= counts.last_made + self.sampling;
+        // pages that are put off, or may want pages of their own once they were looked at
+        let deferred = counts.waiting + counts.made;
         statistics.counters.extend([
             ("page_capacity", u64::from(self.tree.tile_count())),
             ("pages_resident", u64::from(counts.resident)),
@@ -214,7 +208,7 @@ impl Method for Asm {
             ("pages_evicted", u64::from(counts.evicted)),
             ("pages_displaced", u64::from(counts.displaced)),
             ("pages_stale", u64::from(counts.stale)),
-            ("pages_deferred", u64::from(!settled)),
+            ("pages_deferred", u64::from(deferred)),
         ]);
         Ok(statistics)
     }
