@@ -247,6 +247,44 @@ fn methods_lists_every_method_and_key() {
     }
 }
 
+/// `docs/methods/keys.md`, as the program has it; `UPDATE_METHODS=1 cargo test --all-features --test cli keys` writes the file anew.
+#[test]
+fn documented_keys_are_those_of_the_program() {
+    let mut text = "# Keys of every method\n\nWritten by a test from what the program takes (`umbrage methods` prints the same).\n".to_owned();
+    for method in METHODS {
+        text += &format!("\n## {}\n\n{}. Source: {}.\n", method.name, method.summary, method.source);
+        if !method.parameters.is_empty() {
+            text += "\n| key | default | allowed | meaning |\n|---|---|---|---|\n";
+        }
+        for p in method.parameters {
+            text += &format!("| `{}` | {} | {} | {} |\n", p.key, p.default, p.allowed, p.meaning);
+        }
+    }
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/methods/keys.md");
+    if std::env::var_os("UPDATE_METHODS").is_some() {
+        fs::write(&path, &text).unwrap();
+    }
+    assert!(fs::read_to_string(&path).unwrap() == text, "UPDATE_METHODS=1 writes docs/methods/keys.md anew");
+}
+
+/// Each method has a page of its own or of its family, which `docs/methods/README.md` links, and a picture.
+#[test]
+fn every_method_has_its_page() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/methods");
+    let index = fs::read_to_string(folder.join("README.md")).unwrap();
+    for name in METHODS.iter().map(|method| method.name) {
+        let row = index.lines().find(|line| line.starts_with(&format!("| `{name}`")));
+        let row = row.unwrap_or_else(|| panic!("docs/methods/README.md has no row of `{name}`"));
+        let file = row.split(['(', ')']).find(|part| part.ends_with(".md")).expect("a link to a page");
+        let page = fs::read_to_string(folder.join(file)).unwrap_or_else(|e| panic!("{file}: {e}"));
+        assert!(page.contains(&format!("`{name}")) || page.starts_with(&format!("# {name}")), "{file} lacks `{name}`");
+        let pictures: Vec<_> = page.split("](").skip(1).filter_map(|rest| rest.split(')').next()).collect();
+        let pictures: Vec<_> = pictures.iter().filter(|f| f.ends_with(".png") || f.ends_with(".svg")).collect();
+        assert!(!pictures.is_empty(), "{file} has no picture");
+        pictures.iter().for_each(|picture| assert!(folder.join(picture).is_file(), "{file}: {picture} is missing"));
+    }
+}
+
 #[test]
 fn info_lists_devices() {
     let text = Place::new("info").good("info");

@@ -45,6 +45,8 @@ mod lights;
 mod maps;
 #[path = "gpu/request.rs"]
 mod request;
+#[path = "gpu/sampling.rs"]
+mod sampling;
 #[path = "gpu/scenes.rs"]
 mod scenes;
 #[path = "gpu/sort.rs"]

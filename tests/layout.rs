@@ -9,9 +9,9 @@ use std::collections::BTreeSet;
 use std::mem::offset_of;
 use umbrage::gpu::structs::{
     AnalyzePush, AsmCounts, AsmGpuCounts, AsmGpuPush, AsmPush, AtlasPush, Cell, ChoosePush, Counters, Face, Fit, Frame,
-    ItemPush, LightRecord, MapLight, MeshBounds, Node, Page, PreparePush, RequestPush, RetryPush, ShadeLight,
-    ShadePush, Slices, Slot, StalePush, TileCounts, TilePage, Tracked, TrianglePush, VirtualMap, WarpMeasure, WarpPush,
-    WarpRecord,
+    ItemPush, LightRecord, MapLight, MeshBounds, Node, Page, PreparePush, QvsmPush, Region, RequestPush, RetryPush,
+    SamplingError, ShadeLight, ShadePush, Slices, Slot, StalePush, TileCounts, TilePage, Tracked, TreeMeasurePush,
+    TreeRequestPush, TreeState, TrianglePush, VirtualMap, WarpMeasure, WarpPush, WarpRecord,
 };
 use umbrage::scene::{Cluster, Instance, Material};
 
@@ -111,6 +111,8 @@ fn map_structs_are_those_of_the_shaders() {
     assert_layout::<WarpMeasure>(&measure, "Push", fields!(WarpMeasure, axis step resolution));
     let push = fields!(WarpPush, axis step resolution border sine parameter always);
     assert_layout::<WarpPush>(&committed("methods/warp_choose.comp"), "Push", push);
+    let error = fields!(SamplingError, s t perspective_s perspective_t part);
+    assert_layout::<SamplingError>(&all, "SamplingError", error);
     assert_layout::<Slices>(&all, "Slices", fields!(Slices, extremes outside splits));
     assert_eq!(offset_of!(MapLight, rule) + 16, size_of::<MapLight>());
 }
@@ -134,6 +136,19 @@ fn quadtree_structs_are_those_of_the_shaders() {
     assert_layout::<StalePush>(&push("asm_stale"), "Push", fields!(StalePush, instance_count tiles reset));
     let push = push("asm_gpu_allocate");
     assert_layout::<AsmGpuPush>(&push, "Push", fields!(AsmGpuPush, first last groups argument));
+}
+
+#[test]
+fn tree_structs_are_those_of_the_shaders() {
+    let all = committed("methods/");
+    let region = fields!(Region, low size samples splits priority unmet changed);
+    assert_layout::<Region>(&all, "Region", region);
+    assert_layout::<TreeState>(&all, "TreeState", fields!(TreeState, counts refused));
+    let push = |shader: &str| committed(&format!("methods/{shader}.comp"));
+    let measure = fields!(TreeMeasurePush, round drop threshold start);
+    assert_layout::<TreeMeasurePush>(&push("tree_measure"), "Push", measure);
+    assert_layout::<TreeRequestPush>(&push("tree_request"), "Push", fields!(TreeRequestPush, texels density));
+    assert_layout::<QvsmPush>(&push("qvsm_compare"), "Push", fields!(QvsmPush, round start));
 }
 
 #[test]
@@ -177,11 +192,13 @@ fn no_struct_is_forgotten() {
         "Fit",
         "Face",
         "ShadeLight",
+        "SamplingError",
         "TileItem",
         "TilePair",
         "Cell",
         "TilePage",
         "Known",
+        "Region",
     ];
     let structs = committed("").into_iter().flat_map(|s| read(&s.words).structs).filter(|s| s.stride.is_some());
     // what hosts include has a longer name

@@ -21,7 +21,7 @@ bool place_in_layer(Fit fit, uint face, Sample s, float side, out LayerPlace p) 
     }
     vec3 normal = turned(face, s.normal);
     p.texel = uv * side;
-    p.along = inverse(transpose(mat2(fit.row_u.xy - uv.x * fit.row_w.xy, fit.row_v.xy - uv.y * fit.row_w.xy)) * (side / p.q));
+    p.along = inverse(fit_change(fit, uv, side / p.q));
     p.size = w * vec2(length(p.along[0]), length(p.along[1]));
     // change of z per unit across, in the receiver's plane at constant x / w and y / w
     float facing = has_position() ? dot(normal, p.ls) : normal.z;

@@ -85,6 +85,9 @@ float visibility(uvec2 pixel, float depth) {
     float lit;
     if (TILES == 1u) {
         s.layer = picked[pixel.y * frame.size.x + pixel.x];
+        if (s.layer == KEPT_TILE) {
+            return 1.0;
+        }
         if (s.layer != NO_TILE && look_up(s.layer, pixel, s, lit)) {
             return lit;
         }

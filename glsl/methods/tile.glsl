@@ -1,5 +1,6 @@
 // Tiles of a map with many layers: each layer holds one, at the place in the light's plane that its fit says.
 const uint NO_TILE = 0xffffffffu;
+const uint KEPT_TILE = 0xfffffffeu;  // a tile of a pass before served the pixel, and the method keeps what that gave
 
 // A run of clusters of an instance that may touch a tile.
 struct TileItem {

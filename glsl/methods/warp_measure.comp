@@ -28,8 +28,7 @@ shared uint sums[2];
 float cost(Fit fit, vec2 t, mat2 pixels) {
     float q = dot(fit.row_w.xyz, vec3(t, 1.0));
     vec2 uv = vec2(dot(fit.row_u.xyz, vec3(t, 1.0)), dot(fit.row_v.xyz, vec3(t, 1.0))) / q;
-    vec2 u = (fit.row_u.xy - uv.x * fit.row_w.xy) / q, v = (fit.row_v.xy - uv.y * fit.row_w.xy) / q;
-    mat2 texel = pixels * inverse(transpose(mat2(u, v)) * resolution);
+    mat2 texel = pixels * inverse(fit_change(fit, uv, resolution / q));
     return min(length(texel[0]) + length(texel[1]), MOST);
 }
 

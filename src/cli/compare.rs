@@ -9,7 +9,7 @@ use super::pictures;
 use super::print;
 use super::progress::Progress;
 use super::report::{self, Report, Shot};
-use super::results::{Comparison, LightErrors, Row, write_json};
+use super::results::{Comparison, LightErrors, Row, SamplingErrors, write_json};
 use super::setup;
 use super::sweep;
 use std::rc::Rc;
@@ -44,7 +44,8 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
         let visibility = measure::visibility(&lab, method.as_mut())?;
         let errors = LightErrors::of(&visibility, &references)?;
         let coverage = coverages.as_ref().map(|traced| coverage(&visibility, traced, &references)).transpose()?;
-        let mut row = Row { coverage, ..Row::new(variant, timings, &method.memory(), errors) };
+        let sampling = measure::sampling(&lab, method.as_mut())?.iter().map(SamplingErrors::of).collect();
+        let mut row = Row { coverage, sampling, ..Row::new(variant, timings, &method.memory(), errors) };
         row.ratio = row.ms.median / rows.first().unwrap_or(&row).ms.median;
         rows.push(row);
         if pictured.contains(&i) {

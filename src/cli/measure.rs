@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use umbrage::lab::{Lab, LabError};
-use umbrage::methods::{FrameTimes, Method};
+use umbrage::methods::{FrameTimes, Method, Sampling};
 
 /// Frames of each method before the timed ones; the first of them is the cold one.
 pub const WARM_UP: u32 = 3;
@@ -114,6 +114,12 @@ pub fn by_turns(
 /// Visibility of a method's last frame, one image for each light of the view.
 pub fn visibility(lab: &Lab, method: &mut dyn Method) -> Result<Vec<Vec<f32>>, LabError> {
     (0..lab.view().lights.len()).map(|light| method.visibility(lab, light)).collect()
+}
+
+/// Sampling errors of a method's last frame, for each light of the view; none where it cannot tell.
+pub fn sampling(lab: &Lab, method: &mut dyn Method) -> Result<Vec<Sampling>, LabError> {
+    let each = (0..lab.view().lights.len()).map(|light| method.sampling(lab, light).transpose());
+    each.flatten().collect()
 }
 
 fn any_defers(lab: &Lab, methods: &mut [Box<dyn Method>]) -> Result<bool, LabError> {

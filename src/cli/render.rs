@@ -7,7 +7,7 @@ use super::measure;
 use super::pictures;
 use super::print;
 use super::progress::Progress;
-use super::results::{LightErrors, Stats, write_json};
+use super::results::{LightErrors, SamplingErrors, Stats, write_json};
 use super::setup;
 use glam::Vec3;
 use std::path::Path;
@@ -31,8 +31,13 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let gbuffer = lab.gbuffer()?;
     let image = pictures::shaded(&lab, &gbuffer, &visibility)?;
     let statistics = method.statistics(&lab)?;
-    let debug = if args.debug { method.debug_pictures(&lab)? } else { Vec::new() };
+    let sampling = measure::sampling(&lab, method.as_mut())?;
+    let mut debug = if args.debug { method.debug_pictures(&lab)? } else { Vec::new() };
+    if let Some(first) = sampling.first().filter(|_| args.debug) {
+        debug.extend(first.pictures()?);
+    }
     let mut stats = Stats::new(&lab, &args.method.text, &timings, method.memory(), statistics);
+    stats.sampling = sampling.iter().map(SamplingErrors::of).collect();
     let mut difference = None;
     if args.truth {
         let references = setup::references(&lab, &progress)?;

@@ -1,13 +1,13 @@
 //! What `stats.json` and `compare.json` hold.
 
 use super::failure::Failure;
-use super::measure::{Spread, Timings};
+use super::measure::{Spread, Tail, Timings};
 use super::sweep::{Sweep, Swept, Variant};
 use serde::{Serialize, Serializer};
 use std::path::Path;
 use std::rc::Rc;
 use umbrage::lab::{Lab, View};
-use umbrage::methods::{LevelStatistics, Statistics};
+use umbrage::methods::{LevelStatistics, Sampling, SamplingError, Statistics};
 use umbrage::output::write_file;
 use umbrage::scene::Scene;
 use umbrage::truth::{CoverageError, Metrics, Reference, TruthError, compare};
@@ -30,6 +30,8 @@ pub struct Stats<'a> {
     pub bytes: Bytes,
     pub effective_resolution: f64,
     pub counters: Named<u64>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sampling: Vec<SamplingErrors>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub truth: Option<LightErrors>,
 }
@@ -59,6 +61,7 @@ impl<'a> Stats<'a> {
             bytes: Bytes { total: total(&memory), by_purpose: Named(memory) },
             effective_resolution: statistics.effective_resolution,
             counters: Named(statistics.counters),
+            sampling: Vec::new(),
             truth: None,
         }
     }
@@ -94,6 +97,8 @@ pub struct Row<'a> {
     pub cold_ms: f64,
     pub wall_ms: f64,
     pub stages: Named<f64>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sampling: Vec<SamplingErrors>,
 }
 
 impl<'a> Row<'a> {
@@ -111,6 +116,7 @@ impl<'a> Row<'a> {
             cold_ms: timings.cold.ms,
             wall_ms: timings.spread(|f| f.wall_ms).median,
             stages: Named(timings.stages().into_iter().map(|(name, spread)| (name, spread.median)).collect()),
+            sampling: Vec::new(),
         }
     }
 }
@@ -177,6 +183,33 @@ impl LightErrors {
             all: each.iter().copied().sum::<Metrics>().into(),
             lights: each.into_iter().map(Errors::from).collect(),
         })
+    }
+}
+
+/// Sampling errors of one light's map over the image: sides of texels in pixels.
+#[derive(Debug, Clone, Serialize)]
+pub struct SamplingErrors {
+    /// Share of samples with a side above 1, in percent.
+    pub undersampled: f64,
+    pub storage_factor: f64,
+    pub s: Tail,
+    pub t: Tail,
+    pub perspective_s: Tail,
+    pub perspective_t: Tail,
+}
+
+impl SamplingErrors {
+    /// Of what a method told.
+    pub fn of(sampling: &Sampling) -> Self {
+        let tail = |value: fn(&SamplingError) -> f32| Tail::of(sampling.samples().map(|e| f64::from(value(e))));
+        Self {
+            undersampled: sampling.undersampled(),
+            storage_factor: sampling.storage_factor(),
+            s: tail(|e| e.s),
+            t: tail(|e| e.t),
+            perspective_s: tail(|e| e.perspective_s),
+            perspective_t: tail(|e| e.perspective_t),
+        }
     }
 }
 

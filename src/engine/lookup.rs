@@ -60,7 +60,7 @@ impl Lookup {
     }
 
     /// What every lookup reads; the last are the lights.
-    fn common<'a>(b: &'a Buffers, number: usize, view: &'a ViewBuffers) -> [Binding<'a>; 7] {
+    pub(crate) fn common<'a>(b: &'a Buffers, number: usize, view: &'a ViewBuffers) -> [Binding<'a>; 7] {
         [
             b.frame(number),
             Binding::Sampled(&view.receivers.depth),

@@ -333,6 +333,25 @@ pub struct Slices {
     pub splits: [f32; 9],
 }
 
+/// How large a texel looks in one pixel; see `glsl/shared/sampling.glsl`. Values above 1 are undersampling.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct SamplingError {
+    /// Length of a texel's side along the map's first axis, in pixels.
+    pub s: f32,
+    /// The same along its second axis.
+    pub t: f32,
+    /// What `s` would be where the surface met eye and light at equal angles: its perspective part (book, 3.2.3).
+    pub perspective_s: f32,
+    /// The perspective part of `t`.
+    pub perspective_t: f32,
+    /// Part of the map that serves: its layer, or the place of its page; [`NO_PART`] where nothing looks up.
+    pub part: u32,
+}
+
+/// [`SamplingError::part`] of a pixel that looks nothing up.
+pub const NO_PART: u32 = u32::MAX;
+
 /// A warp of a map; see `glsl/methods/warp.glsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
@@ -509,4 +528,56 @@ pub struct ShadePush {
 pub struct AtlasPush {
     pub columns: u32,
     pub cell: u32,
+}
+
+/// A tile of a tree that is refined; see `glsl/methods/tree.glsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct Region {
+    pub low: [u32; 2],
+    pub size: [u32; 2],
+    pub samples: [u32; 4],
+    pub splits: u32,
+    pub priority: u32,
+    pub unmet: u32,
+    pub changed: u32,
+}
+
+/// Lists of a tree; see `glsl/methods/tree.glsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct TreeState {
+    pub counts: [u32; 20],
+    pub refused: [u32; 20],
+}
+
+/// Push constants of `methods/tree_measure.comp`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct TreeMeasurePush {
+    pub round: u32,
+    pub drop: f32,
+    pub threshold: u32,
+    pub start: u32,
+}
+
+/// Push constants of `methods/tree_request.comp`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct TreeRequestPush {
+    pub texels: f32,
+    pub density: f32,
+}
+
+/// Push constants of `methods/qvsm_compare.comp`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct QvsmPush {
+    pub round: u32,
+    pub start: u32,
 }

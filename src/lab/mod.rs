@@ -11,6 +11,8 @@ pub mod stages;
 pub mod stages_asm;
 #[doc(hidden)]
 pub mod stages_exact;
+#[doc(hidden)]
+pub mod stages_tree;
 mod upload;
 
 pub use device::{DeviceReport, devices};
@@ -296,7 +298,14 @@ impl Lab {
             timer.begin(cmd);
             record(cmd, &mut timer);
         })?;
-        let stages = timer.read()?;
+        // what is recorded several times in a frame is one stage
+        let mut stages: Vec<(&'static str, f64)> = Vec::new();
+        for (name, ms) in timer.read()? {
+            match stages.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, sum)) => *sum += ms,
+                None => stages.push((name, ms)),
+            }
+        }
         Ok(FrameTimes { prepass_ms, ms: stages.iter().map(|s| s.1).sum(), wall_ms, stages })
     }
 

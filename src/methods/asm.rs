@@ -4,7 +4,7 @@
 
 use super::comparison::Comparison;
 use super::quadtree::{self, Quadtree, Settings};
-use super::{FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics};
+use super::{FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Sampling, Statistics};
 use crate::gpu::structs::{AnalyzePush, AsmCounts, AsmPush, StalePush};
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Buffer, Compute, spirv};
@@ -96,11 +96,10 @@ impl Asm {
             Binding::External(scene.instances),
             Binding::External(scene.meshes),
             Binding::Storage(&known),
-            Binding::Storage(tree.drawn()),
+            tree.drawn()?,
             Binding::Storage(&counts),
         ];
-        let choose =
-            [&tree.tree()[..], &[tree.fits(), Binding::Storage(tree.drawn()), Binding::Storage(&counts)]].concat();
+        let choose = [&tree.tree()[..], &[tree.fits(), tree.drawn()?, Binding::Storage(&counts)]].concat();
         let side = tree.constants(&[])[9] as f32;
         Ok(Self {
             stale: Compute::new(
@@ -184,6 +183,10 @@ impl Method for Asm {
 
     fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {
         self.tree.visibility(lab, INFO.name, light)
+    }
+
+    fn sampling(&mut self, lab: &Lab, light: usize) -> Result<Option<Sampling>, LabError> {
+        self.tree.sampling(lab, INFO.name, light)
     }
 
     fn masks(&self) -> Option<Masks<'_>> {

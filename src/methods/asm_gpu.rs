@@ -3,7 +3,7 @@
 
 use super::comparison::Comparison;
 use super::quadtree::{self, Quadtree, Settings};
-use super::{FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics};
+use super::{FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Sampling, Statistics};
 use crate::engine::sort::Sort;
 use crate::gpu::structs::{AsmGpuCounts, AsmGpuPush, Counters};
 use crate::gpu::sync::{self, Access};
@@ -74,7 +74,7 @@ impl AsmGpu {
         let (asked, keys) = (Binding::Storage(&counters), Binding::Storage(sort.keys()));
         let own = Binding::Storage(&counts);
         let [place, cells, pages] = tree.tree();
-        let drawn = Binding::Storage(tree.drawn());
+        let drawn = tree.drawn()?;
         let request = [&tree.sampled()[..], &[asked, keys]].concat();
         Ok(Self {
             request: Compute::new(
@@ -157,6 +157,10 @@ impl Method for AsmGpu {
 
     fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {
         self.tree.visibility(lab, INFO.name, light)
+    }
+
+    fn sampling(&mut self, lab: &Lab, light: usize) -> Result<Option<Sampling>, LabError> {
+        self.tree.sampling(lab, INFO.name, light)
     }
 
     fn masks(&self) -> Option<Masks<'_>> {

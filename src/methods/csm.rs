@@ -4,7 +4,9 @@
 use super::comparison::Comparison;
 use super::map::{self, Given, Map, Screen, Shape, Step};
 use super::map_fit::{across, frustum_in_box, slice_sphere, snapped};
-use super::{FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
+use super::{
+    FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Sampling, Statistics, map_light, map_sampling,
+};
 use crate::engine::constants::light_axes;
 use crate::gpu::structs::{Fit, Slices};
 use crate::gpu::sync::{self, Access};
@@ -216,6 +218,12 @@ impl Method for Csm {
 
     fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {
         super::of_light(&self.map, INFO.name, light)?.visibility(lab)
+    }
+
+    fn sampling(&mut self, lab: &Lab, light: usize) -> Result<Option<Sampling>, LabError> {
+        super::of_light(&self.map, INFO.name, light)
+            .and_then(|map| map_sampling::sampling(lab, &self.screen, map))
+            .map(Some)
     }
 
     fn masks(&self) -> Option<Masks<'_>> {

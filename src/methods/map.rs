@@ -41,7 +41,8 @@ impl Screen {
 }
 
 fn constants_buffer(gpu: &Arc<Gpu>, name: &str, size: usize) -> Result<Buffer, LabError> {
-    let usage = vk::BufferUsageFlags::UNIFORM_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
+    use vk::BufferUsageFlags as U;
+    let usage = U::UNIFORM_BUFFER | U::TRANSFER_DST | U::TRANSFER_SRC;
     Ok(Buffer::new(gpu, name, size as u64, usage, Memory::Device)?)
 }
 
@@ -65,6 +66,11 @@ impl Shape {
     /// The fit of a layer to what it must hold.
     pub(super) fn fit(&self, points: &[DVec2]) -> Fit {
         least_area(points, self.side.into(), self.border().into())
+    }
+
+    /// What is fitted to samples: each layer, or what all tiles lie in.
+    pub(super) fn fitted(&self) -> u32 {
+        if self.tiled { 1 } else { self.layers }
     }
 
     /// Texels around the samples that a layer holds too.
@@ -155,8 +161,7 @@ impl Map {
         let light = constants_buffer(gpu, "light constants", size_of::<MapLight>())?;
         let storage =
             |name, each: usize, count: u32| Buffer::storage(gpu, name, each as u64 * u64::from(count), B::empty());
-        // what is fitted to samples: each layer, or what all tiles lie in
-        let fitted = if tiled { 1 } else { layers };
+        let fitted = shape.fitted();
         let bounds = storage("sample bounds", 4 * 4, ANGLES * fitted)?;
         let fits = storage("fits", size_of::<Fit>(), layers)?;
         let slices = storage("slices", size_of::<Slices>(), 1)?;
@@ -274,14 +279,33 @@ impl Map {
         &self.image
     }
 
+    /// The tile of each pixel; without tiles what shaders do not read.
+    pub(super) fn picked(&self) -> Binding<'_> {
+        Binding::Storage(self.tiles.as_ref().map_or(&self.fits, |tiles| &tiles.picked))
+    }
+
     /// The fit of each layer.
     pub(super) fn fits(&self) -> &Buffer {
         &self.fits
     }
 
+    /// The light's constants.
+    pub(super) fn light(&self) -> &Buffer {
+        &self.light
+    }
+
+    pub(super) fn kind(&self) -> Kind {
+        self.kind
+    }
+
     /// Visibility of the last frame.
     pub(super) fn visibility(&self, lab: &Lab) -> Result<Vec<f32>, LabError> {
         Ok(bytemuck::pod_collect_to_vec(&lab.read_image(&self.visibility, Access::TransferRead, 4)?))
+    }
+
+    /// Readable by transfers outside of [`Self::look_up`].
+    pub(super) fn visibility_image(&self) -> &Image {
+        &self.visibility
     }
 
     pub(super) fn shape(&self) -> &Shape {

@@ -4,22 +4,32 @@ mod asm;
 mod asm_gpu;
 mod comparison;
 mod csm;
+pub(crate) mod fvsm;
 mod lispsm;
 mod map;
 mod map_fit;
 mod map_light;
+mod map_sampling;
 mod psm;
 mod quadtree;
+pub(crate) mod qvsm;
 mod raytraced;
 mod rmsm;
 mod rmsm_pages;
 mod rmsm_pictures;
+mod rmsm_sampling;
+mod sampling;
 mod spec;
 mod tiles;
+pub(crate) mod tree;
 mod tsm;
 mod uniform;
 mod warp;
 
+pub use crate::gpu::structs::SamplingError;
+pub use sampling::Sampling;
+#[doc(hidden)]
+pub use sampling::SamplingInputs;
 pub use spec::MethodSpec;
 
 use crate::Light;
@@ -150,6 +160,13 @@ pub trait Method {
     fn debug_pictures(&mut self, _lab: &Lab) -> Result<Vec<DebugPicture>, LabError> {
         Ok(Vec::new())
     }
+    /// How large the texels of a light's map looked in the last frame's image; `None` for methods that cannot tell.
+    ///
+    /// # Errors
+    /// As [`Method::visibility`].
+    fn sampling(&mut self, _lab: &Lab, _light: usize) -> Result<Option<Sampling>, LabError> {
+        Ok(None)
+    }
     /// The last frame's visibility on the device; `None` where it is computed on the CPU.
     fn masks(&self) -> Option<Masks<'_>> {
         None
@@ -185,6 +202,8 @@ pub static METHODS: &[MethodInfo] = &[
     psm::INFO,
     asm::INFO,
     asm_gpu::INFO,
+    fvsm::INFO,
+    qvsm::INFO,
     raytraced::INFO,
 ];
 

@@ -3,7 +3,7 @@
 
 use super::comparison::Comparison;
 use super::map::{self, Given, Map, Screen, Shape, Step};
-use super::{Masks, MethodSpec, Parameter, Statistics, map_light};
+use super::{Masks, MethodSpec, Parameter, Sampling, Statistics, map_light, map_sampling, tree};
 use crate::gpu::structs::{Cell, Fit, Frame, MapLight, Slices, TilePage, VirtualMap};
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Buffer, Compute, Memory, Timer, spirv};
@@ -143,11 +143,11 @@ impl Quadtree {
         };
         let cells = storage("cells", size_of::<Cell>(), cells)?;
         let pages = storage("pages of tiles", size_of::<TilePage>(), tiles)?;
-        let own = Tiled::of(&map);
+        let own = tree::layers(&map)?;
         let tree = [Binding::Uniform(&place), Binding::Storage(&cells), Binding::Storage(&pages)];
         let border = map.shape().border();
-        let begin = [&tree[..], &[Binding::Storage(map.fits()), Binding::Storage(own.drawn)]].concat();
-        let find = [&map.samples(&screen)[..], &tree, &[Binding::Storage(own.picked)]].concat();
+        let begin = [&tree[..], &[Binding::Storage(map.fits()), Binding::Storage(&own.drawn)]].concat();
+        let find = [&map.samples(&screen)[..], &tree, &[Binding::Storage(&own.picked)]].concat();
         Ok(Self {
             begin: Compute::new(
                 gpu,
@@ -194,8 +194,8 @@ impl Quadtree {
     }
 
     /// Marks of the tiles that the next draw clears and draws.
-    pub(super) fn drawn(&self) -> &Buffer {
-        Tiled::of(&self.map[0]).drawn
+    pub(super) fn drawn(&self) -> Result<Binding<'_>, LabError> {
+        Ok(Binding::Storage(&tree::layers(&self.map[0])?.drawn))
     }
 
     /// The virtual map, the cells and the pages.
@@ -293,6 +293,11 @@ impl Quadtree {
         super::of_light(&self.map, method, light)?.visibility(lab)
     }
 
+    pub(super) fn sampling(&self, lab: &Lab, method: &str, light: usize) -> Result<Option<Sampling>, LabError> {
+        let map = super::of_light(&self.map, method, light)?;
+        map_sampling::sampling(lab, &self.screen, map).map(Some)
+    }
+
     pub(super) fn masks(&self) -> Masks<'_> {
         map::masks(&self.map)
     }
@@ -306,18 +311,5 @@ impl Quadtree {
 
     pub(super) fn statistics(&self, lab: &Lab) -> Result<Statistics, LabError> {
         map::statistics(lab, &self.map)
-    }
-}
-
-/// Buffers of a map of tiles.
-struct Tiled<'a> {
-    drawn: &'a Buffer,
-    picked: &'a Buffer,
-}
-
-impl<'a> Tiled<'a> {
-    fn of(map: &'a Map) -> Self {
-        let tiles = map.tiles().expect("a map of tiles");
-        Self { drawn: &tiles.drawn, picked: &tiles.picked }
     }
 }

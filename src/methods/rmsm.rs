@@ -2,8 +2,8 @@
 
 use super::rmsm_pages::RmsmPages;
 use super::{
-    DebugPicture, FrameTimes, LevelStatistics, Masks, Method, MethodInfo, MethodSpec, PageViews, Parameter, Statistics,
-    comparison, rmsm_pictures,
+    DebugPicture, FrameTimes, LevelStatistics, Masks, Method, MethodInfo, MethodSpec, PageViews, Parameter, Sampling,
+    Statistics, comparison, rmsm_pictures, rmsm_sampling,
 };
 use crate::engine::constants::ROOT_LEVEL;
 use crate::engine::{Engine, LightId};
@@ -343,6 +343,11 @@ impl Method for Rmsm {
 
     fn debug_pictures(&mut self, lab: &Lab) -> Result<Vec<DebugPicture>, LabError> {
         rmsm_pictures::draw(&self.engine, lab)
+    }
+
+    fn sampling(&mut self, lab: &Lab, light: usize) -> Result<Option<Sampling>, LabError> {
+        let light = *super::of_light(&self.lights, INFO.name, light)?;
+        rmsm_sampling::sampling(&self.engine, lab, light).map(Some)
     }
 
     fn masks(&self) -> Option<Masks<'_>> {

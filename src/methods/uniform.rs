@@ -5,7 +5,9 @@
 use super::comparison::Comparison;
 use super::map::{self, Given, Map, Screen, Shape};
 use super::map_fit::{across, box_corners, frustum_in_box};
-use super::{FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
+use super::{
+    FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Sampling, Statistics, map_light, map_sampling,
+};
 use crate::Light;
 use crate::engine::constants::light_axes;
 use crate::gpu::structs::{Fit, Slices};
@@ -136,6 +138,12 @@ impl Method for Uniform {
 
     fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {
         super::of_light(&self.maps, INFO.name, light)?.visibility(lab)
+    }
+
+    fn sampling(&mut self, lab: &Lab, light: usize) -> Result<Option<Sampling>, LabError> {
+        super::of_light(&self.maps, INFO.name, light)
+            .and_then(|map| map_sampling::sampling(lab, &self.screen, map))
+            .map(Some)
     }
 
     fn masks(&self) -> Option<Masks<'_>> {

@@ -4,7 +4,7 @@
 
 use super::comparison::Comparison;
 use super::map::{self, Given, Map, Screen, Shape, Step};
-use super::{FrameTimes, Masks, Method, MethodSpec, Parameter, Statistics, map_light};
+use super::{FrameTimes, Masks, Method, MethodSpec, Parameter, Sampling, Statistics, map_light, map_sampling};
 use crate::gpu::structs::{Slices, WarpMeasure, WarpPush, WarpRecord};
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Buffer, Compute, spirv};
@@ -154,6 +154,12 @@ impl Method for Warp {
 
     fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {
         super::of_light(&self.map, self.name, light)?.visibility(lab)
+    }
+
+    fn sampling(&mut self, lab: &Lab, light: usize) -> Result<Option<Sampling>, LabError> {
+        super::of_light(&self.map, self.name, light)
+            .and_then(|map| map_sampling::sampling(lab, &self.screen, map))
+            .map(Some)
     }
 
     fn masks(&self) -> Option<Masks<'_>> {

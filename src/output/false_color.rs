@@ -42,6 +42,45 @@ pub fn levels(width: u32, height: u32, values: &[f32]) -> Result<Picture, Output
     Ok(picture.with_legend(&legend))
 }
 
+/// Powers of 2 in the legend of [`factors`], and their colours: below 1 blue, above 1 red.
+const FACTORS: [(&str, [u8; 3]); 7] = [
+    ("1/8 or less", [40, 50, 140]),
+    ("1/4", [60, 110, 200]),
+    ("1/2", [120, 180, 220]),
+    ("1", [225, 225, 215]),
+    ("2", [250, 190, 90]),
+    ("4", [230, 90, 50]),
+    ("8 or more", [140, 20, 40]),
+];
+
+/// Colours pixels by a factor on a logarithmic scale from 1/8 to 8, with a legend that ends with the range that occurs. Values
+/// that are negative or not a number mean "nothing" and stay dark.
+///
+/// Fails when there is not one value a pixel.
+pub fn factors(width: u32, height: u32, values: &[f32]) -> Result<Picture, OutputError> {
+    let last = FACTORS.len() - 1;
+    let picture = colored("factors", width, height, values, |&v| {
+        if v.is_nan() || v < 0.0 {
+            return NOTHING;
+        }
+        let at = (v.log2() + 3.0).clamp(0.0, last as f32);
+        let (low, share) = (at as usize, at.fract());
+        let (a, b) = (FACTORS[low].1, FACTORS[(low + 1).min(last)].1);
+        [0, 1, 2].map(|k| (f32::from(a[k]) * (1.0 - share) + f32::from(b[k]) * share).round() as u8)
+    })?;
+    let some = || values.iter().copied().filter(|v| *v >= 0.0);
+    let range = match some().next() {
+        Some(first) => {
+            let (least, most) = some().fold((first, first), |(l, m), v| (l.min(v), m.max(v)));
+            format!("nothing; here {least:.2e} to {most:.2e}")
+        }
+        None => "nothing".to_owned(),
+    };
+    let legend: Vec<_> =
+        FACTORS.map(|(name, color)| (name.to_owned(), color)).into_iter().chain([(range, NOTHING)]).collect();
+    Ok(picture.with_legend(&legend))
+}
+
 /// Colours pixels by identity: equal numbers get equal colours, close ones unrelated colours. `u32::MAX` means "nothing"
 /// and stays dark.
 ///

@@ -18,7 +18,7 @@ pub use atomic::write_file;
 #[cfg(feature = "cli")]
 pub use axis::Scale;
 pub use exr::{ExrImage, read_exr, write_exr};
-pub use false_color::{ids, levels};
+pub use false_color::{factors, ids, levels};
 pub use picture::{DIFFERENCE_LEGEND, Picture, side_by_side};
 #[cfg(feature = "cli")]
 pub use plot::{Chart, Line, draw_svg, write_svg};

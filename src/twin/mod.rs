@@ -1,6 +1,6 @@
 //! The stages of the engine as plain serial code: what a stage's results must be, with the same overflow rules and the
 //! same bits. Tests run both on the same cases. Stems are those of `src/engine` and `glsl/engine`; `contour`,
-//! `kernel`, `key`, `light` and `receiver` mirror `glsl/shared`.
+//! `kernel`, `key`, `light`, `receiver` and `sampling` mirror `glsl/shared`.
 
 #![forbid(unsafe_code)]
 
@@ -13,6 +13,7 @@ pub mod key;
 pub mod light;
 pub mod receiver;
 pub mod request;
+pub mod sampling;
 pub mod sort;
 
 pub use crate::engine::constants::{FACES, ROOT_LEVEL};

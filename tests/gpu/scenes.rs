@@ -284,3 +284,12 @@ pub fn random(size: [u32; 2], seed: u64) -> (Scene, View) {
     let sun = [lcg.between(-0.8, 0.8), -1.0, lcg.between(-0.8, 0.8)];
     (b.finish(), view([lcg.between(-4.0, 4.0), 4.5, 7.0], [0.0, 0.5, 0.0], sun, size))
 }
+
+/// Flat ground in front of an eye 1 m above it that looks along -z; it ends `far` metres away, beyond both sides of the image.
+pub fn ground(size: [u32; 2], far: f64, fov_y_deg: f64) -> (Scene, View) {
+    let mut b = Builder::new("ground");
+    b.add(OPAQUE, &sheet(1, |u, v| DVec3::new((u - 0.5) * far, 0.0, -v * far)));
+    let (scene, mut view) = (b.finish(), view([0.0, 1.0, 0.0], [0.0, 1.0, -1.0], [0.0, -1.0, 0.0], size));
+    (view.camera.fov_y_deg, view.camera.far) = (fov_y_deg, 2.0 * far);
+    (scene, view)
+}

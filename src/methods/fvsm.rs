@@ -1,0 +1,164 @@
+//! Fitted virtual shadow maps (Giegl, Wimmer 2007a; book, 4.4.2): the samples ask for a resolution along each axis of the light's
+//! plane, and the map is split, along one axis or both, until each tile has what its samples asked for.
+
+use super::comparison::Comparison;
+use super::map::{self, Given, Map, Screen, Shape, Step};
+use super::tree::{Rule, Tree, TreeFrame, TreeMap, TreeShape};
+use super::{FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
+use crate::gpu::structs::{Slices, TreeMeasurePush};
+use crate::lab::{Lab, LabError};
+use ash::vk;
+use bytemuck::Zeroable;
+
+const PARAMETERS: [Parameter; 11] = Comparison::keys(&[
+    Parameter { key: "tile", default: "256", allowed: "32 to 4096", meaning: "side of a tile in texels" },
+    Parameter { key: "tiles", default: "256", allowed: "1 to 2048", meaning: "most tiles" },
+    Parameter {
+        key: "levels",
+        default: "6",
+        allowed: "0 to 8",
+        meaning: "splits along an axis: the virtual map has 2^levels tiles a side",
+    },
+    Parameter {
+        key: "split",
+        default: "rect",
+        allowed: "rect or square",
+        meaning: "whether tiles are split along the axis that asks for it, or along both",
+    },
+    Parameter {
+        key: "density",
+        default: "1",
+        allowed: "0.0625 to 16",
+        meaning: "texels along each axis that the box around a pixel's footprint must hold",
+    },
+    Parameter {
+        key: "drop",
+        default: "0",
+        allowed: "0 to 50",
+        meaning: "percent of a tile's samples whose requests may be dropped",
+    },
+]);
+
+pub(super) const INFO: MethodInfo = MethodInfo {
+    name: "fvsm",
+    source: "Giegl, Wimmer 2007a; Eisemann et al. 2011, 4.4.2",
+    summary: "Rectangular tiles, split until each axis has the resolution that the tile's samples ask for along it",
+    parameters: &PARAMETERS,
+    check: |spec| settings(spec).map(|_| ()),
+    create: |spec, lab| Ok(Box::new(Fvsm::new(spec, lab)?)),
+};
+
+struct Settings {
+    side: u32,
+    tree: TreeShape,
+    density: f32,
+    /// A share.
+    drop: f32,
+    comparison: Comparison,
+}
+
+fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
+    let rule = match spec.one_of("split", "rect", &["rect", "square"])? {
+        "square" => Rule::Squares,
+        _ => Rule::Rectangles,
+    };
+    Ok(Settings {
+        side: spec.u32_in("tile", 256, 32..=4096)?,
+        tree: TreeShape { levels: spec.u32_in("levels", 6, 0..=8)?, tiles: spec.u32_in("tiles", 256, 1..=2048)?, rule },
+        density: spec.f32_in("density", 1.0, 0.0625..=16.0)?,
+        drop: spec.f32_in("drop", 0.0, 0.0..=50.0)? / 100.0,
+        comparison: Comparison::of(spec)?,
+    })
+}
+
+pub(crate) struct Fvsm {
+    settings: Settings,
+    screen: Screen,
+    map: [Map; 1],
+    tiles: TreeMap,
+}
+
+impl Fvsm {
+    pub(crate) fn new(spec: &MethodSpec, lab: &Lab) -> Result<Self, LabError> {
+        super::one_directional(spec, lab)?;
+        let settings = settings(spec)?;
+        let screen = Screen::new(lab)?;
+        let shape = Shape {
+            side: settings.side,
+            layers: settings.tree.tiles,
+            tiled: true,
+            blend: 0.0,
+            comparison: settings.comparison,
+        };
+        let map = Map::new(spec, lab, &screen, &lab.view().lights[0], shape)?;
+        let tiles = TreeMap::new(lab, &screen, &map, Tree::new(lab.gpu(), settings.tree)?)?;
+        Ok(Self { settings, screen, map: [map], tiles })
+    }
+
+    /// Rounds of refinement. What a tile asks for, its parts do not exceed, unless requests were dropped: then an axis that was
+    /// done may go on.
+    fn rounds(&self) -> u32 {
+        self.settings.tree.levels * if self.settings.drop > 0.0 { 2 } else { 1 }
+    }
+
+    /// Requests, then the tiles that satisfy them.
+    fn refine(&self, cmd: vk::CommandBuffer) {
+        self.tiles.request(cmd, &self.screen, self.settings.density);
+        for round in 0..=self.rounds() {
+            let push = TreeMeasurePush { round, drop: self.settings.drop, threshold: 0, start: 0 };
+            self.tiles.tree.measure(cmd, push);
+            if round < self.rounds() {
+                self.tiles.tree.expand(cmd, round);
+            }
+        }
+        self.tiles.place(cmd, self.rounds());
+    }
+
+    /// What the last frame left.
+    pub(crate) fn left(&self, lab: &Lab) -> Result<TreeFrame, LabError> {
+        self.tiles.left(lab, &self.map[0], self.rounds())
+    }
+}
+
+impl Method for Fvsm {
+    fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError> {
+        map::check_lights(lab, &self.map)?;
+        let light = map_light::constants(&lab.view().lights[0], lab, self.settings.comparison.bias_texels)?;
+        let given = Given { light, fits: None, slices: Slices::zeroed() };
+        let camera = lab.camera_constants()?;
+        let steps = |step, cmd| match step {
+            Step::Reset => self.tiles.reset(cmd),
+            Step::Slice => {}
+            Step::Fitted => self.refine(cmd),
+        };
+        lab.frame(|cmd, timer| map::record((lab, &camera), (cmd, timer), &self.screen, &self.map, &[given], steps))
+    }
+
+    fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {
+        super::of_light(&self.map, INFO.name, light)?.visibility(lab)
+    }
+
+    fn masks(&self) -> Option<Masks<'_>> {
+        Some(map::masks(&self.map))
+    }
+
+    fn memory(&self) -> Vec<(&'static str, u64)> {
+        let mut memory = map::memory(&self.screen, &self.map);
+        memory.push(("tree", self.tiles.bytes()));
+        memory
+    }
+
+    fn statistics(&mut self, lab: &Lab) -> Result<Statistics, LabError> {
+        let mut statistics = map::statistics(lab, &self.map)?;
+        let (regions, _) = self.tiles.tree.read(lab, self.rounds())?;
+        let texels = u64::from(self.settings.side).pow(2);
+        let count = |of: fn(u32, u32) -> bool| regions.iter().filter(|r| of(r.splits, r.unmet)).count() as u64;
+        statistics.counters.extend([
+            ("tiles", regions.len() as u64),
+            ("texels", regions.len() as u64 * texels),
+            ("refused", count(|splits, _| splits != 0)),
+            ("beyond", count(|splits, unmet| splits == 0 && unmet != 0)),
+        ]);
+        Ok(statistics)
+    }
+}

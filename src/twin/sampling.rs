@@ -1,0 +1,97 @@
+//! The sampling error of a pixel in a fitted map (book, 3.2.1), in double precision and by differences: four points of the
+//! receiver's plane beside the pixel's centre are looked up, and the change of place is inverted.
+
+use super::receiver::{decode_normal, xyz};
+use crate::gpu::structs::{Fit, NO_PART};
+use crate::methods::SamplingInputs;
+use glam::{DMat2, DVec2, DVec3};
+
+/// Distance of the points from the pixel's centre, in pixels.
+const STEP: f64 = 1e-3;
+
+/// What a pixel's [`crate::methods::SamplingError`] must be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sides {
+    /// `s`, `t`, `perspective_s` and `perspective_t`.
+    pub sides: [f64; 4],
+    /// Part of the map.
+    pub part: u32,
+    /// Cosine-like margins of what decides the part; near zero rounding may decide otherwise.
+    pub margin: f64,
+    /// Least cosine between the surface and the rays from eye and light: near zero little is left of the values' digits.
+    pub grazing: f64,
+}
+
+fn dvec(v: [f32; 4]) -> DVec3 {
+    xyz(v).as_dvec3()
+}
+
+/// Of a surface at `depth` along the view direction with a packed normal; `None` where there is no surface.
+pub fn sides(inputs: &SamplingInputs, pixel: [u32; 2], depth: f32, normal: u32) -> Option<Sides> {
+    if depth <= 0.0 {
+        return None;
+    }
+    let SamplingInputs { frame, light, .. } = inputs;
+    let centre = DVec2::new(f64::from(pixel[0]) + 0.5, f64::from(pixel[1]) + 0.5);
+    let ray = |at: DVec2| dvec(frame.ray_corner) + at.x * dvec(frame.ray_dx) + at.y * dvec(frame.ray_dy);
+    let point = ray(centre) * f64::from(depth);
+    let normal = decode_normal(normal).as_dvec3().normalize();
+
+    let space = |face: usize, p: DVec3| {
+        let f = &light.faces[face];
+        DVec3::from([f.x, f.y, f.z].map(|axis| dvec(axis).dot(p) + f64::from(axis[3])))
+    };
+    let faces = if inputs.position { inputs.fits.len() } else { 1 };
+    let mut along: Vec<(f64, usize)> = (0..faces).map(|i| (space(i, point).z, i)).collect();
+    along.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let (layer, mut margin) = if inputs.position {
+        let second = along.get(1).map_or(-1.0, |a| a.0);
+        (along[0].1, (along[0].0 - second) / along[0].0.abs())
+    } else {
+        (inputs.splits[1..].iter().filter(|&&split| depth >= split).count(), 1.0)
+    };
+    let face = if inputs.position { layer } else { 0 };
+
+    // from the light
+    let beam = if inputs.position {
+        let p = space(0, point);
+        (dvec(light.faces[0].x) * p.x + dvec(light.faces[0].y) * p.y + dvec(light.faces[0].z) * p.z).normalize()
+    } else {
+        dvec(light.faces[0].z)
+    };
+    let mut reached = -normal.dot(beam);
+    if inputs.position {
+        let p = space(0, point);
+        let cone = p.z / p.length() - f64::from(light.rule[3]);
+        reached = reached.min(1.0 - p.length() / f64::from(light.rule[2])).min(cone);
+    }
+    margin = margin.min(reached.abs());
+
+    let at = place(&inputs.fits[layer], f64::from(inputs.side), inputs.position, space(face, point));
+    let inside = at.is_some_and(|at| at.min_element() >= 0.0 && at.max_element() < f64::from(inputs.side));
+    if reached <= 0.0 || !inside {
+        return Some(Sides { sides: [0.0; 4], part: NO_PART, margin, grazing: 1.0 });
+    }
+    let of_plane = |n: DVec3| {
+        let look = |offset: DVec2| {
+            let r = ray(centre + offset);
+            let p = r * (n.dot(point) / n.dot(r));
+            place(&inputs.fits[layer], f64::from(inputs.side), inputs.position, space(face, p)).unwrap_or(DVec2::NAN)
+        };
+        let change = |d: DVec2| (look(STEP * d) - look(-STEP * d)) / (2.0 * STEP);
+        let pixels_per_texel = DMat2::from_cols(change(DVec2::X), change(DVec2::Y)).inverse();
+        [pixels_per_texel.x_axis.length(), pixels_per_texel.y_axis.length()]
+    };
+    let eye = ray(centre).normalize();
+    let ([s, t], [perspective_s, perspective_t]) = (of_plane(normal), of_plane(-(beam + eye).normalize()));
+    let grazing = normal.dot(eye).abs().min(normal.dot(beam).abs()).min((beam + eye).length());
+    Some(Sides { sides: [s, t, perspective_s, perspective_t], part: layer as u32, margin, grazing })
+}
+
+/// Where a point of a layer's light space lies in it, in texels; `None` behind the light or the warp's line.
+fn place(fit: &Fit, side: f64, position: bool, ls: DVec3) -> Option<DVec2> {
+    let w = if position { ls.z } else { 1.0 };
+    let row = |row: [f32; 4]| (dvec(row) * DVec3::new(ls.x / w, ls.y / w, 1.0)).element_sum();
+    let q = row(fit.row_w);
+    (w > 0.0 && q > 0.0).then(|| DVec2::new(row(fit.row_u), row(fit.row_v)) * (side / q))
+}

@@ -1,0 +1,182 @@
+//! Sampling errors (book, 3.2): against their twin, against closed forms, and storage factors against the book's formulas.
+
+use crate::bench::Bench;
+use crate::scenes;
+use glam::{DVec2, DVec3};
+use umbrage::gpu::structs::NO_PART;
+use umbrage::lab::stages::prepass;
+use umbrage::lab::{Lab, View};
+use umbrage::methods::{MethodSpec, Sampling, create};
+use umbrage::twin::receiver::linear_depth;
+use umbrage::twin::sampling::sides;
+use umbrage::{Camera, Light};
+
+const SIZE: [u32; 2] = [320, 180];
+
+fn sampling(lab: &Lab, spec: &str) -> Sampling {
+    let mut method = create(&MethodSpec::parse(spec).unwrap(), lab).unwrap();
+    method.frame(lab).unwrap();
+    method.sampling(lab, 0).unwrap().unwrap_or_else(|| panic!("{spec} tells no sampling errors"))
+}
+
+/// Most by which single precision may change a side where neither eye nor light graze the surface.
+const ROUNDING: f64 = 2e-3;
+
+/// Every pixel of a fitted map, but where rounding decides whether the light reaches it.
+fn is_the_twins(lab: &Lab, spec: &str) -> Result<(), String> {
+    let got = sampling(lab, spec);
+    let inputs = got.inputs.as_ref().expect("a fitted map");
+    let (depth, normal) = prepass(lab).unwrap();
+    let mut compared = 0;
+    for (i, error) in got.errors.iter().enumerate() {
+        let pixel = [i as u32 % got.size[0], i as u32 / got.size[0]];
+        let depth = if depth[i] > 0.0 { linear_depth(&inputs.frame, depth[i]) } else { 0.0 };
+        let Some(want) = sides(inputs, pixel, depth, normal[i]) else {
+            if error.part != NO_PART {
+                return Err(format!("{spec}, {pixel:?}: {error:?} where nothing is"));
+            }
+            continue;
+        };
+        if want.margin < 1e-4 {
+            continue;
+        }
+        if error.part != want.part {
+            return Err(format!("{spec}, {pixel:?}: {error:?}, the twin's is {want:?}"));
+        }
+        if want.part == NO_PART {
+            continue;
+        }
+        compared += 1;
+        let tolerance = ROUNDING / want.grazing.max(1e-3);
+        let values = [error.s, error.t, error.perspective_s, error.perspective_t];
+        for (value, twin) in values.iter().zip(want.sides) {
+            if (f64::from(*value) - twin).abs() > tolerance * twin {
+                return Err(format!("{spec}, {pixel:?}: {error:?}, the twin's is {want:?}"));
+            }
+        }
+    }
+    if compared * 10 < got.errors.len() {
+        return Err(format!("{spec}: only {compared} pixels were compared"));
+    }
+    Ok(())
+}
+
+#[test]
+fn sampling_errors_are_the_twins() {
+    let spot = Light::Spot {
+        position: DVec3::new(-2.0, 4.0, 1.5),
+        direction: DVec3::new(2.0, -4.0, -1.5),
+        inner_angle_deg: 0.0,
+        outer_angle_deg: 35.0,
+        range: 20.0,
+    };
+    let point = Light::Point { position: DVec3::new(0.9, 2.4, 0.9), range: 7.0 };
+    let (scene, view) = scenes::sphere_on_plane(SIZE);
+    for (light, specs) in [
+        (view.lights[0].clone(), &["uniform:resolution=512", "lispsm:warp=always", "csm:resolution=256,blend=0.2"][..]),
+        (spot, &["uniform:resolution=512"]),
+        (point, &["uniform:resolution=512", "uniform:resolution=512,fit=scene"]),
+    ] {
+        let lab = Bench::new(scene.clone(), View { lights: vec![light], ..view.clone() });
+        for spec in specs {
+            is_the_twins(&lab, spec).unwrap_or_else(|why| panic!("{why}"));
+        }
+    }
+}
+
+/// On flat ground under a known light the sides of a texel follow from the camera alone: an edge of the texel is moved along the
+/// light onto the ground, or onto the plane that light and view meet at equal angles, and projected.
+#[test]
+fn flat_ground_has_the_sides_of_the_closed_form() {
+    let (scene, mut view) = scenes::slope([160, 90], 0.0);
+    for direction in [DVec3::NEG_Y, DVec3::new(0.25, -1.0, 0.2), DVec3::new(-0.9, -0.5, 0.6)] {
+        view.lights = vec![Light::directional(direction)];
+        let lab = Bench::new(scene.clone(), view.clone());
+        let got = sampling(&lab, "uniform:resolution=512,fit=scene");
+        let inputs = got.inputs.as_ref().unwrap();
+        // the scene's box across the light, and the border of a texel on each side
+        let fit = inputs.fits[0];
+        let light = direction.normalize();
+        let across = |row: [f32; 4]| {
+            let axis = |a: [f32; 4]| DVec3::new(a[0].into(), a[1].into(), a[2].into());
+            let v =
+                axis(inputs.light.faces[0].x) * f64::from(row[0]) + axis(inputs.light.faces[0].y) * f64::from(row[1]);
+            // a texel's side is 1 / 512 of where u grows by 1
+            v / v.length_squared() / 512.0
+        };
+        let edges = [across(fit.row_u), across(fit.row_v)];
+        assert!(edges.iter().all(|e| e.dot(light).abs() < 1e-6 && e.length() > 8.0 / 512.0 / 1.5), "{edges:?}");
+
+        let Camera { eye, fov_y_deg, .. } = view.camera;
+        let axes = view.camera.view_from_world();
+        let seen = |v: DVec3| DVec3::new(axes.row(0).dot(v), axes.row(1).dot(v), -axes.row(2).dot(v));
+        let focal = 45.0 / (0.5 * fov_y_deg.to_radians()).tan();
+        let mut checked = 0;
+        for (i, error) in got.errors.iter().enumerate().filter(|(_, e)| e.part != NO_PART) {
+            let pixel = DVec2::new((i % 160) as f64 + 0.5 - 80.0, 45.0 - 0.5 - (i / 160) as f64);
+            let (x, y, z) = (pixel.x / focal, pixel.y / focal, 1.0);
+            let ray = axes.row(0) * x + axes.row(1) * y - axes.row(2) * z;
+            let point = ray * (-eye.y / ray.y);
+            let at = seen(point);
+            let side = |edge: DVec3, normal: DVec3| {
+                let e = seen(edge - light * (normal.dot(edge) / normal.dot(light)));
+                let change = DVec2::new(e.x * at.z - at.x * e.z, e.y * at.z - at.y * e.z) / (at.z * at.z);
+                change.length() * focal
+            };
+            let even = ray.normalize() + light;
+            let want = [DVec3::Y, even].map(|n| edges.map(|e| side(e, n)));
+            let values = [[error.s, error.t], [error.perspective_s, error.perspective_t]];
+            for (want, value) in want.as_flattened().iter().zip(values.as_flattened()) {
+                assert!(
+                    (f64::from(*value) - want).abs() < 2e-3 * want,
+                    "{direction}, pixel {i}: {error:?}, not {want}"
+                );
+            }
+            checked += 1;
+        }
+        assert!(checked > 4000, "{checked} pixels");
+    }
+}
+
+/// What flat ground seen from `near` to `far` needs of a map whose line lies `n` before its first sample (book, 4.21 and 4.22,
+/// with sin(gamma), by which light that is not overhead shortens the ground's image in the map). `tan`: of half the opening.
+fn warped_storage([near, far]: [f64; 2], n: f64, sine: f64, tan: f64) -> f64 {
+    let extent = (far - near) * sine;
+    let f = n + extent;
+    let along = (n * n / near).max(f * f / far) * extent / (f * n) / (2.0 * tan);
+    let [first, last] = [n / near, f / far];
+    along * (first / last).max(last / first)
+}
+
+/// Storage factors of the methods on the scene that the book's formulas assume, for light at 90 to 20 degrees from the view:
+/// prints the table of `docs/methods/sampling_error.md`.
+#[test]
+fn storage_factors_are_those_of_the_formulas() {
+    let (height, fov) = (512u32, 20.0f64);
+    let tan = (0.5 * fov.to_radians()).tan();
+    // rows of pixels whose centres see the first and the last of the ground
+    let depth = |row: f64| 0.5 * f64::from(height) / (row * tan);
+    let near = depth(0.5 * f64::from(height) - 0.5);
+    let far = depth(15.5);
+    let (scene, view) = scenes::ground([height; 2], depth(15.25), fov);
+    let mut lab = Bench::new(scene, view.clone());
+    let ratio = far / near;
+    println!("ground from {near:.3} to {far:.3}: z_f / z_n = {ratio:.2}");
+    for gamma in [90.0f64, 75.0, 60.0, 45.0, 30.0, 20.0] {
+        let (sine, cosine) = gamma.to_radians().sin_cos();
+        lab.look(View { lights: vec![Light::directional(DVec3::new(0.0, -sine, -cosine))], ..view.clone() }).unwrap();
+        let extent = (far - near) * sine;
+        let uniform = ratio * (ratio - 1.0) * sine / (2.0 * tan);
+        let warped = |n| warped_storage([near, far], n, sine, tan);
+        let cases = [
+            ("uniform:resolution=1024", uniform),
+            ("psm:resolution=1024,warp=always", warped(near * sine - cosine)),
+            ("tsm:resolution=1024,warp=always", warped(0.12 * extent)),
+            ("lispsm:resolution=1024,warp=always", warped((near + (near * (near + extent * sine)).sqrt()) / sine)),
+        ];
+        for (spec, formula) in cases {
+            let measured = sampling(&lab, spec).storage_factor();
+            println!("| {gamma} | {spec} | {formula:.2} | {measured:.2} | {:.3} |", measured / formula);
+        }
+    }
+}
