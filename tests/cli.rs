@@ -104,7 +104,7 @@ fn ordered(spread: &Value, above_zero: bool) {
 #[test]
 fn usage_errors() {
     let place = Place::new("usage");
-    let cases: [(&str, &[&str]); 50] = [
+    let cases: [(&str, &[&str]); 51] = [
         ("", &["command", "allowed"]),
         ("draw", &["'draw'"]),
         ("render", &["--out"]),
@@ -121,6 +121,7 @@ fn usage_errors() {
         ("render --out o --method uniform:resolution=99999", &["'99999'", "resolution", "allowed"]),
         ("render --out o --method rmsm:level=odd", &["'odd'", "area", "min_length"]),
         ("render --out o --method csm:snap=true", &["snap=true", "fit=frustum"]),
+        ("render --out o --method csm:warp=auto,fit=frustum", &["has a warp", "warp=none with fit=frustum"]),
         ("render --out o --method uniform:bias=second,cull=back", &["bias=second", "cull", "allowed is none"]),
         ("render --out o --method csm:bias=slope,filter=pcf", &["bias=slope", "filter", "filter=hard"]),
         ("render --out o --method lispsm:distance=near", &["'near'", "distance", "a number from 0.001"]),
@@ -549,7 +550,15 @@ fn debug_pictures_on_request() {
     let place = Place::new("debug");
     place.good("render --size 320x180 --frames 1 --debug --out a");
     let debug = file_names(&place.0.join("a")).into_iter().filter(|name| name.starts_with("debug_"));
-    assert!(debug.count() >= 4);
+    assert!(debug.count() >= 4 + 6);
+    // what they show, in figures
+    place.good("compare --size 320x180 --methods rmsm,uniform:resolution=256,raytraced --rounds 1 --out b");
+    let rows = place.json("b/compare.json")["rows"].as_array().unwrap().clone();
+    let sampling = |row: usize, figure: &str| rows[row]["sampling"][0][figure].as_f64().unwrap();
+    assert!(sampling(0, "undersampled") < sampling(1, "undersampled"), "{rows:?}");
+    assert!(sampling(1, "storage_factor") > 1.0 && rows[1]["sampling"][0]["t"]["p95"].as_f64().unwrap() > 1.0);
+    assert!(rows[2].get("sampling").is_none(), "{rows:?}");
+    assert_eq!(place.json("a/stats.json")["sampling"].as_array().unwrap().len(), 1);
 }
 
 #[test]

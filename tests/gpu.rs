@@ -35,6 +35,8 @@ mod frozen;
 mod gradient;
 #[path = "gpu/host.rs"]
 mod host;
+#[path = "gpu/hybrid.rs"]
+mod hybrid;
 #[path = "gpu/images.rs"]
 mod images;
 #[path = "gpu/lacking.rs"]
@@ -49,7 +51,13 @@ mod request;
 mod sampling;
 #[path = "gpu/scenes.rs"]
 mod scenes;
+#[path = "gpu/silhouette.rs"]
+mod silhouette;
 #[path = "gpu/sort.rs"]
 mod sort;
+#[path = "gpu/temporal.rs"]
+mod temporal;
+#[path = "gpu/tree.rs"]
+mod tree;
 #[path = "gpu/validation.rs"]
 mod validation;

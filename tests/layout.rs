@@ -8,10 +8,11 @@ use spirv::{assert_layout, check_layout, committed, files, path, read};
 use std::collections::BTreeSet;
 use std::mem::offset_of;
 use umbrage::gpu::structs::{
-    AnalyzePush, AsmCounts, AsmGpuCounts, AsmGpuPush, AsmPush, AtlasPush, Cell, ChoosePush, Counters, Face, Fit, Frame,
-    ItemPush, LightRecord, MapLight, MeshBounds, Node, Page, PreparePush, QvsmPush, Region, RequestPush, RetryPush,
-    SamplingError, ShadeLight, ShadePush, Slices, Slot, StalePush, TileCounts, TilePage, Tracked, TreeMeasurePush,
-    TreeRequestPush, TreeState, TrianglePush, VirtualMap, WarpMeasure, WarpPush, WarpRecord,
+    AnalyzePush, AsmCounts, AsmGpuCounts, AsmGpuPush, AsmPush, AtlasPush, Cell, ChoosePush, Counters, Edge, EdgeRun,
+    Face, Fit, Frame, ImportancePush, ItemPush, LightRecord, MapLight, MeshBounds, Node, Page, PreparePush, QvsmPush,
+    Region, RequestPush, RetryPush, SamplingError, ShadeLight, ShadePush, Slices, Slot, StalePush, TemporalJitter,
+    TemporalPush, TileCounts, TilePage, Tracked, TreeMeasurePush, TreeRequestPush, TreeState, TrianglePush, VirtualMap,
+    WarpMeasure, WarpPush, WarpRecord,
 };
 use umbrage::scene::{Cluster, Instance, Material};
 
@@ -111,9 +112,15 @@ fn map_structs_are_those_of_the_shaders() {
     assert_layout::<WarpMeasure>(&measure, "Push", fields!(WarpMeasure, axis step resolution));
     let push = fields!(WarpPush, axis step resolution border sine parameter always);
     assert_layout::<WarpPush>(&committed("methods/warp_choose.comp"), "Push", push);
+    let jitter = committed("methods/temporal_jitter.comp");
+    assert_layout::<TemporalJitter>(&jitter, "Push", fields!(TemporalJitter, turn shift));
+    let push = fields!(TemporalPush, clip_before eye_moved exponent memory rejection moved side history);
+    assert_layout::<TemporalPush>(&committed("methods/temporal_blend.comp"), "Push", push);
     let error = fields!(SamplingError, s t perspective_s perspective_t part);
     assert_layout::<SamplingError>(&all, "SamplingError", error);
     assert_layout::<Slices>(&all, "Slices", fields!(Slices, extremes outside splits));
+    assert_layout::<Edge>(&all, "Edge", fields!(Edge, ends first count));
+    assert_layout::<EdgeRun>(&all, "EdgeRun", fields!(EdgeRun, instance first count));
     assert_eq!(offset_of!(MapLight, rule) + 16, size_of::<MapLight>());
 }
 
@@ -148,6 +155,7 @@ fn tree_structs_are_those_of_the_shaders() {
     let measure = fields!(TreeMeasurePush, round drop threshold start);
     assert_layout::<TreeMeasurePush>(&push("tree_measure"), "Push", measure);
     assert_layout::<TreeRequestPush>(&push("tree_request"), "Push", fields!(TreeRequestPush, texels density));
+    assert_layout::<ImportancePush>(&push("tiled_importance"), "Push", fields!(ImportancePush, near jumps));
     assert_layout::<QvsmPush>(&push("qvsm_compare"), "Push", fields!(QvsmPush, round start));
 }
 
@@ -191,8 +199,11 @@ fn no_struct_is_forgotten() {
         "DrawCommand",
         "Fit",
         "Face",
+        "Edge",
+        "EdgeRun",
         "ShadeLight",
         "SamplingError",
+        "Warp",
         "TileItem",
         "TilePair",
         "Cell",

@@ -20,8 +20,8 @@ void main() {
     uint tile = NO_TILE;
     if (served_sample(pixel, s)) {
         tile = s.tile;
-        if (pages[tile].used != map.frame && (s.depth <= s.needed || s.depth == ROOT_DEPTH)) {
-            pages[tile].used = map.frame;
+        if (pages[tile].used != virtual_map.frame && (s.depth <= s.needed || s.depth == ROOT_DEPTH)) {
+            pages[tile].used = virtual_map.frame;
         }
     }
     picked[pixel.y * frame.size.x + pixel.x] = tile;

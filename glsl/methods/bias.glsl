@@ -6,3 +6,4 @@ const uint BIAS_SLOPE = 2u;     // a quarter of that, and half the receiver's ch
 const uint BIAS_SECOND = 3u;    // none; the map holds the sides that are turned away from the light
 const uint BIAS_MIDPOINT = 4u;  // none; halfway between the first surface and the second
 const uint BIAS_DUAL = 5u;      // the same, but no farther behind the first surface than a constant, in texels
+const uint BIAS_IDS = 6u;       // a constant, in texels, unless the map holds the receiver's own triangle

@@ -5,8 +5,10 @@
 #include "methods/fit.glsl"
 #include "methods/map_vertex.glsl"
 
+layout(location = 0) in vec3 position;
+
 void main() {
     Instance instance;
     uint layer;
-    place_vertex(instance, layer);
+    place_vertex(position, instance, layer);
 }

@@ -4,25 +4,15 @@
 #include "shared/receiver.glsl"
 #include "methods/sample.glsl"
 #include "methods/ordered.glsl"
+#include "methods/columns.glsl"
 
 // Bounds of the visible samples that the light shines on, across the light, for each layer and 16 rotations of the map.
-// A thread walks down 32 pixels of a column, once for each layer that its workgroup meets.
 layout(local_size_x = 64) in;
 // per layer and rotation: low u, low v, high u, high v; ordered bits
 layout(std430, binding = 5) buffer Bounds { uint bounds[]; };
 
 const uint ANGLES = 16u;
-const uint ROWS = 32u;
 shared uint group_bounds[4u * ANGLES];
-shared uint group_layers;  // bit i: the workgroup has samples of layer i
-
-// Row r of the thread's column: false where there is no surface.
-bool sample_of_row(uint r, out uvec2 pixel, out Sample s) {
-    pixel = uvec2(gl_GlobalInvocationID.x, gl_WorkGroupID.y * ROWS + r);
-    float depth = all(lessThan(pixel, frame.size.xy)) ? texelFetch(depth_image, ivec2(pixel), 0).r : 0.0;
-    s = sample_at(pixel, depth);
-    return depth > 0.0;
-}
 
 void measure(uint layer) {
     // "low" is kept as the maximum of the negated coordinate
@@ -36,7 +26,8 @@ void measure(uint layer) {
     for (uint r = 0u; r < ROWS; r++) {
         uvec2 pixel;
         Sample s;
-        if (!sample_of_row(r, pixel, s) || !(s.layer == layer || s.next > 0.0 && s.layer + 1u == layer) || !shone_on(pixel, s)) {
+        float depth;
+        if (!sample_of_row(r, pixel, s, depth) || !belongs(s, layer) || !shone_on(pixel, s)) {
             continue;
         }
         any_sample = true;
@@ -61,22 +52,7 @@ void measure(uint layer) {
 
 void main() {
     uint local = gl_LocalInvocationIndex;
-    if (local == 0u) {
-        group_layers = LAYERS > 1u ? 0u : 1u;
-    }
-    barrier();
-    if (LAYERS > 1u) {
-        uint met = 0u;
-        for (uint r = 0u; r < ROWS; r++) {
-            uvec2 pixel;
-            Sample s;
-            if (sample_of_row(r, pixel, s)) {
-                met |= (s.next > 0.0 ? 3u : 1u) << s.layer;
-            }
-        }
-        atomicOr(group_layers, met);
-        barrier();
-    }
+    find_layers();
     for (uint layer = 0u; layer < LAYERS; layer++) {
         if ((group_layers & 1u << layer) == 0u) {
             continue;

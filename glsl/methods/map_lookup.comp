@@ -6,7 +6,7 @@
 #include "methods/fit.glsl"
 #include "methods/sample.glsl"
 #include "methods/bias.glsl"
-#include "methods/layer_plane.glsl"
+#include "methods/confidence.glsl"
 #include "methods/tile.glsl"
 
 // A lookup with receiver-plane bias: the nearest texel, or a kernel around it; 1 where there is no surface or no layer holds the sample.
@@ -15,11 +15,17 @@ layout(constant_id = 2) const uint FILTER = 0u;
 layout(constant_id = 3) const uint TAPS = 4u;
 layout(constant_id = 4) const uint BIAS = 0u;  // BIAS_*
 layout(constant_id = 6) const uint TILES = 0u;  // 1: each sample's layer was picked
+layout(constant_id = 8) const uint CENTRED = 0u;  // 1: the bias shrinks to nothing towards the texel's centre
 layout(std430, binding = 5) readonly buffer Fits { Fit fits[]; };
 layout(binding = 6) uniform sampler2DArray map;
 layout(binding = 7, r32f) writeonly uniform image2D visibility_image;
-layout(binding = 8) uniform sampler2DArray second_map;  // with BIAS_MIDPOINT and BIAS_DUAL
+layout(binding = 8) uniform sampler2DArray second_map;  // with BIAS_MIDPOINT and BIAS_DUAL; with BIAS_IDS numbers of triangles
 layout(std430, binding = 9) readonly buffer Picked { uint picked[]; };  // with TILES
+layout(binding = 10) uniform sampler2D triangle_image;  // numbers of the triangles seen, with BIAS_IDS
+layout(constant_id = 7) const uint SILHOUETTES = 0u;
+layout(binding = 11) uniform sampler2DArray silhouette_map;  // with SILHOUETTES
+
+#include "methods/silhouette_lookup.glsl"
 
 uint layer_count(uvec2 layers) { return 1u; }
 uint layer_of(uvec2 layers, uint i) { return layers.x; }
@@ -30,6 +36,7 @@ vec4 layer_quad(uint layer, vec2 low) {
 float layer_depth(uint layer, vec2 texel) { return texelFetch(map, ivec3(texel, layer), 0).r; }
 
 #include "shared/kernel.glsl"
+#include "methods/place.glsl"
 
 // The z that was stored as a depth, times what divides it there.
 float z_of(float depth) {
@@ -39,40 +46,69 @@ float z_of(float depth) {
     return (depth - light.depth.y) / light.depth.x;
 }
 
-// Whether a sample is lit without a look at its plane elsewhere. `size`: of a texel, `slope`: change of z to the next; world
-// units; `q`: what divides stored depths.
-bool lit_by_depth(uint layer, float z, ivec2 texel, float size, vec2 slope, float q) {
-    float nearest = z_of(texelFetch(map, ivec3(texel, layer), 0).r * q);
+// A sample as a layer holds it.
+struct Held {
+    float z;      // in light space, world units
+    float q;      // what divides stored depths
+    float size;   // of a texel, world units
+    vec2 slope;   // change of z to the next texel, in the receiver's plane
+    float number;  // of the triangle seen; with BIAS_IDS
+    Plane plane;  // stored depth over the texels, nearer to the light by the bias; with BIAS_PLANE
+};
+
+// Whether a texel lets light pass to a sample.
+bool lit_by(uint layer, Held held, ivec2 texel) {
+    float caster = texelFetch(map, ivec3(texel, layer), 0).r;
+    if (BIAS == BIAS_PLANE) {
+        return depth_at(held.plane, vec2(texel)) >= caster;
+    }
+    if (BIAS == BIAS_IDS && texelFetch(second_map, ivec3(texel, layer), 0).r == held.number) {
+        return true;
+    }
+    float nearest = z_of(caster * held.q);
     // rounding
     float stored = nearest + light.rule.y;
-    if (BIAS == BIAS_CONSTANT) {
-        stored += light.rule.x * size;
+    if (BIAS == BIAS_CONSTANT || BIAS == BIAS_IDS) {
+        stored += light.rule.x * held.size;
     } else if (BIAS == BIAS_SLOPE) {
-        stored += light.rule.x * (0.25 * size + 0.5 * (abs(slope.x) + abs(slope.y)));
+        stored += light.rule.x * (0.25 * held.size + 0.5 * (abs(held.slope.x) + abs(held.slope.y)));
     } else if (BIAS == BIAS_MIDPOINT || BIAS == BIAS_DUAL) {
-        float behind = 0.5 * (z_of(texelFetch(second_map, ivec3(texel, layer), 0).r * q) - nearest);
-        stored += BIAS == BIAS_DUAL ? min(behind, light.rule.x * size) : behind;
+        float behind = 0.5 * (z_of(texelFetch(second_map, ivec3(texel, layer), 0).r * held.q) - nearest);
+        stored += BIAS == BIAS_DUAL ? min(behind, light.rule.x * held.size) : behind;
     }
-    return z <= stored;
+    return held.z <= stored;
+}
+
+// By the four texels around a sample, or, where they differ, by the one that the silhouettes between them leave to it.
+bool lit_by_corners(uint layer, Held held, vec2 at) {
+    vec2 p = at - 0.5;
+    ivec2 low = ivec2(floor(p));
+    ivec2 last = textureSize(map, 0).xy - 1;
+    bool lit[4];
+    for (int i = 0; i < 4; i++) {
+        lit[i] = lit_by(layer, held, clamp(low + ivec2(i & 1, i >> 1), ivec2(0), last));
+    }
+    if (lit[0] == lit[1] && lit[1] == lit[2] && lit[2] == lit[3]) {
+        return lit[0];
+    }
+    ivec2 corner = corner_of(layer, low, p - vec2(low));
+    return lit[corner.x + 2 * corner.y];
 }
 
 // False where the layer does not hold the sample.
 bool look_up(uint layer, uvec2 pixel, Sample s, out float lit) {
-    Fit fit = fits[layer];
-    LayerPlace p;
-    if (!place_in_layer(fit, face_of(layer), s, float(textureSize(map, 0).x), p)) {
+    Place p;
+    if (!place_of(layer, s, p)) {
         return false;
     }
-    if (BIAS != BIAS_PLANE) {
-        lit = lit_by_depth(layer, p.ls.z, ivec2(p.texel), max(p.size.x, p.size.y), p.slope, p.q) ? 1.0 : 0.0;
-        return true;
-    }
-    Plane plane = receiver_plane(fit, p);
+    float share = CENTRED == 1u ? 1.0 - confidence(p.texel) : 1.0;
+    Plane plane = plane_of(p, fits[layer], share * full_bias(p));
+    float number = BIAS == BIAS_IDS ? texelFetch(triangle_image, ivec2(pixel), 0).r : 0.0;
+    Held held = Held(p.ls.z, p.q, max(p.size.x, p.size.y), p.slope, number, plane);
     if (FILTER != FILTER_HARD) {
         lit = kernel_visibility(plane, uvec2(layer, 0u), pixel);
     } else {
-        float caster = texelFetch(map, ivec3(ivec2(plane.texel), layer), 0).r;
-        lit = plane.depth + dot(plane.slope, floor(plane.texel) + 0.5 - plane.texel) >= caster ? 1.0 : 0.0;
+        lit = (SILHOUETTES == 1u ? lit_by_corners(layer, held, p.texel) : lit_by(layer, held, ivec2(p.texel))) ? 1.0 : 0.0;
     }
     return true;
 }

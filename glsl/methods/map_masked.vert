@@ -5,6 +5,7 @@
 #include "methods/fit.glsl"
 #include "methods/map_vertex.glsl"
 
+layout(location = 0) in vec3 position;
 layout(location = 1) in vec2 uv;
 layout(location = 2) in vec4 color;
 layout(location = 0) out vec2 frag_uv;
@@ -17,7 +18,7 @@ void main() {
     frag_color = color;
     Instance instance;
     uint layer;
-    place_vertex(instance, layer);
+    place_vertex(position, instance, layer);
     material = instance.material;
     mirrored = determinant(mat3(instance.rows[0].xyz, instance.rows[1].xyz, instance.rows[2].xyz)) < 0.0 ? 1u : 0u;
     mirrored |= layer << 1;

@@ -7,10 +7,9 @@ layout(constant_id = 3) const uint TILES = 0u;  // 1: layer and instance are tho
 layout(std430, binding = 1) readonly buffer Fits { Fit fits[]; };
 layout(std430, binding = 2) readonly buffer Instances { Instance instances[]; };
 layout(std430, binding = 3) readonly buffer Pairs { TilePair pairs[]; };  // with TILES
-layout(location = 0) in vec3 position;
 
-// Writes gl_Position and gl_Layer; hands out instance and layer.
-void place_vertex(out Instance instance, out uint layer) {
+// Writes gl_Position and gl_Layer of a vertex at `position` in its mesh; hands out instance and layer.
+void place_vertex(vec3 position, out Instance instance, out uint layer) {
     layer = LAYER;
     uint index = gl_InstanceIndex;
     if (TILES == 1u) {

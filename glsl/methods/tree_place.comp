@@ -19,7 +19,8 @@ layout(push_constant) uniform Push { uint round; };
 
 void main() {
     uint tile = gl_WorkGroupID.x;
-    bool used = tile < state.counts[round];
+    // a region without entries is none
+    bool used = tile < state.counts[round] && all(greaterThan(regions[region_at(round, tile)].size, uvec2(0u)));
     if (gl_LocalInvocationIndex == 0u) {
         drawn[tile] = used ? 1u : 0u;
     }

@@ -1,4 +1,4 @@
-// A perspective warp of a parallel light's map (book, 4.2): texels shrink towards a line across the light, `distance` before the
+// A perspective warp of a layer of a parallel light's map (book, 4.2): texels shrink towards a line across the light, `distance` before the
 // nearest sample along `axis`, the view direction as the light sees it. The includer declares fit.glsl and WARP_BINDING.
 struct Warp {
     uint bounds[4];   // of the samples, across and along: the greatest negated coordinates, the greatest coordinates; ordered bits
@@ -14,7 +14,7 @@ struct Warp {
     Fit fit;
 };
 
-layout(std430, binding = WARP_BINDING) buffer WarpBlock { Warp warp; };
+layout(std430, binding = WARP_BINDING) buffer Warps { Warp warps[]; };  // one for each layer
 
 #include "methods/ordered.glsl"
 

@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "methods/fit.glsl"
 
-// Chooses the line of a warp, then fits the warped map to its samples, then decides whether it serves.
+// Chooses the line of each layer's warp, then fits the warped map to its samples, then decides whether it serves.
 layout(local_size_x = 1) in;
 layout(constant_id = 0) const uint RULE = 0u;  // RULE_*
 #define WARP_BINDING 0
@@ -22,6 +22,8 @@ const uint RULE_LISPSM = 0u;  // the distance that spreads the error evenly (boo
 const uint RULE_PSM = 1u;     // the line passes through the eye
 const uint RULE_TSM = 2u;     // the nearest `parameter` of the samples' extent gets four fifths of the map (Martin, Tan 2004)
 const uint RULE_GIVEN = 3u;   // `parameter`, world units
+
+Warp warp;  // of the layer
 
 void choose_line() {
     vec2 low = -vec2(unordered(warp.bounds[0]), unordered(warp.bounds[1]));
@@ -64,6 +66,8 @@ void fit_warp() {
 }
 
 void main() {
+    uint layer = gl_WorkGroupID.x;
+    warp = warps[layer];
     // without samples, or with a light along the view, there is no axis
     if (warp.bounds[0] == 0u || sine < 1e-3) {
         return;
@@ -74,6 +78,7 @@ void main() {
         fit_warp();
     } else if (always == 1u || warp.costs[1] < warp.costs[0]) {
         warp.warped = 1u;
-        fits[0] = warp.fit;
+        fits[layer] = warp.fit;
     }
+    warps[layer] = warp;
 }

@@ -5,10 +5,11 @@
 #include "methods/fit.glsl"
 #include "methods/sample.glsl"
 
-// What choosing a warp needs of the visible samples that the light shines on. A thread walks down 32 pixels of a column.
+// What choosing the warp of each layer needs of its visible samples that the light shines on.
 layout(local_size_x = 64) in;
 #define WARP_BINDING 5
 #include "methods/warp.glsl"
+#include "methods/columns.glsl"
 layout(std430, binding = 6) readonly buffer Fits { Fit fits[]; };
 layout(push_constant) uniform Push {
     vec2 axis;  // unit vector across the light
@@ -16,7 +17,6 @@ layout(push_constant) uniform Push {
     float resolution;
 };
 
-const uint ROWS = 32u;
 // Costs are those of every eighth pixel of every eighth row, in quarters, and count no more than this.
 const uint GRAIN = 8u;
 const float MOST = 1023.0;
@@ -32,24 +32,17 @@ float cost(Fit fit, vec2 t, mat2 pixels) {
     return min(length(texel[0]) + length(texel[1]), MOST);
 }
 
-void main() {
-    uint local = gl_LocalInvocationIndex;
-    if (local < 6u) {
-        greatest[local] = 0u;
-    }
-    if (local < 2u) {
-        sums[local] = 0u;
-    }
-    barrier();
+void measure(uint layer) {
+    float middle = warps[layer].middle, line = warps[layer].line;
     vec4 most = vec4(-1e30);
     vec2 depths = vec2(0.0, 1e30);
     float costs[2] = float[2](0.0, 0.0);
     bool any_sample = false;
     for (uint r = 0u; r < ROWS; r++) {
-        uvec2 pixel = uvec2(gl_GlobalInvocationID.x, gl_WorkGroupID.y * ROWS + r);
-        float depth = all(lessThan(pixel, frame.size.xy)) ? texelFetch(depth_image, ivec2(pixel), 0).r : 0.0;
-        Sample s = sample_at(pixel, depth);
-        if (depth <= 0.0 || !shone_on(pixel, s)) {
+        uvec2 pixel;
+        Sample s;
+        float depth;
+        if (!sample_of_row(r, pixel, s, depth) || !belongs(s, layer) || !shone_on(pixel, s)) {
             continue;
         }
         any_sample = true;
@@ -59,7 +52,7 @@ void main() {
             most = max(most, vec4(-at, at));
             depths = vec2(max(depths.x, depth), min(depths.y, depth));
         } else if (step == STEP_SLOPES) {
-            float slope = (at.x - warp.middle) / (at.y - warp.line);
+            float slope = (at.x - middle) / (at.y - line);
             most.xy = max(most.xy, vec2(-slope, slope));
         } else if (pixel.x % GRAIN == 0u && pixel.y % GRAIN == 0u) {
             vec3 dx, dy;
@@ -69,8 +62,8 @@ void main() {
             // what the light meets edge-on has no pixels of its own
             if (abs(area) > 1e-20) {
                 mat2 pixels = mat2(b.y, -a.y, -b.x, a.x) * (1.0 / area);
-                costs[0] += cost(fits[0], t, pixels);
-                costs[1] += cost(warp.fit, t, pixels);
+                costs[0] += cost(fits[layer], t, pixels);
+                costs[1] += cost(warps[layer].fit, t, pixels);
             }
         }
     }
@@ -85,16 +78,40 @@ void main() {
             atomicAdd(sums[i], uint(4.0 * costs[i]));
         }
     }
-    barrier();
+}
+
+// Adds what the workgroup found.
+void gather(uint layer, uint local) {
     if (step == STEP_BOUNDS && local < 6u) {
         if (local < 4u) {
-            atomicMax(warp.bounds[local], greatest[local]);
+            atomicMax(warps[layer].bounds[local], greatest[local]);
         } else {
-            atomicMax(warp.depths[local - 4u], greatest[local]);
+            atomicMax(warps[layer].depths[local - 4u], greatest[local]);
         }
     } else if (step == STEP_SLOPES && local < 2u) {
-        atomicMax(warp.slopes[local], greatest[local]);
+        atomicMax(warps[layer].slopes[local], greatest[local]);
     } else if (step == STEP_COSTS && local < 2u) {
-        atomicAdd(warp.costs[local], sums[local]);
+        atomicAdd(warps[layer].costs[local], sums[local]);
+    }
+}
+
+void main() {
+    uint local = gl_LocalInvocationIndex;
+    find_layers();
+    for (uint layer = 0u; layer < LAYERS; layer++) {
+        if ((group_layers & 1u << layer) == 0u) {
+            continue;
+        }
+        if (local < 6u) {
+            greatest[local] = 0u;
+        }
+        if (local < 2u) {
+            sums[local] = 0u;
+        }
+        barrier();
+        measure(layer);
+        barrier();
+        gather(layer, local);
+        barrier();
     }
 }

@@ -114,6 +114,11 @@ pub(crate) fn camera_constants(size: [u32; 2], input: &FrameInput) -> Result<Fra
     })
 }
 
+/// How far along the normal rays start: 1e-5 of the diagonal of the casters' bounds.
+pub(crate) fn ray_start(scene: &SceneBuffers) -> f32 {
+    (1e-5 * DVec3::from(scene.bounds_max).distance(scene.bounds_min.into())) as f32
+}
+
 /// What a frame's constants take from the frames before.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct History {
@@ -136,12 +141,15 @@ pub(crate) fn constants(
     history: &History,
 ) -> Result<Frame, Error> {
     let camera = camera_constants(size, input)?;
-    let diagonal = DVec3::from(scene.bounds_max).distance(scene.bounds_min.into());
-    let ray_start = (1e-5 * diagonal) as f32;
     Ok(Frame {
         size: [size[0], size[1], u32::from(config.level_rule == LevelRule::MinLength), 0],
         cache: [history.flags, history.frame, config.still_frames, history.page_cost],
-        rule: [config.interior() as f32, config.bias_texels * config.filter.bias(), config.drift_texels, ray_start],
+        rule: [
+            config.interior() as f32,
+            config.bias_texels * config.filter.bias(),
+            config.drift_texels,
+            ray_start(scene),
+        ],
         ..camera
     })
 }

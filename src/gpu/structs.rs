@@ -499,6 +499,50 @@ pub struct StalePush {
     pub reset: u32,
 }
 
+/// An edge of a mesh; see `glsl/methods/silhouette.glsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct Edge {
+    pub ends: [u32; 2],
+    pub first: u32,
+    pub count: u32,
+}
+
+/// Edges of an instance that one workgroup looks at; see `glsl/methods/silhouette.glsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct EdgeRun {
+    pub instance: u32,
+    pub first: u32,
+    pub count: u32,
+}
+
+/// Push constants of `methods/temporal_jitter.comp`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct TemporalJitter {
+    pub turn: [f32; 2],
+    pub shift: [f32; 2],
+}
+
+/// Push constants of `methods/temporal_blend.comp`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct TemporalPush {
+    pub clip_before: [[f32; 4]; 4],
+    pub eye_moved: [f32; 4],
+    pub exponent: f32,
+    pub memory: f32,
+    pub rejection: f32,
+    pub moved: u32,
+    pub side: u32,
+    pub history: u32,
+}
+
 /// A light that the window shades with; see `glsl/window/palette.glsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
@@ -580,4 +624,13 @@ pub struct TreeRequestPush {
 pub struct QvsmPush {
     pub round: u32,
     pub start: u32,
+}
+
+/// Push constants of `methods/tiled_importance.comp`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct ImportancePush {
+    pub near: f32,
+    pub jumps: f32,
 }

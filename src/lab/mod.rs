@@ -256,6 +256,11 @@ impl Lab {
         Ok(camera_constants(self.view.size, &self.frame_input())?)
     }
 
+    /// Buffers filled with what each source gives.
+    pub(crate) fn upload(&self, sources: &[upload::Source<'_>]) -> Result<Vec<Buffer>, LabError> {
+        upload::storage(&self.gpu, &self.device, sources)
+    }
+
     fn record_prepass(&self, cmd: vk::CommandBuffer) -> Result<(), LabError> {
         // SAFETY: the lab records its command buffer outside of rendering and waits for each submission
         Ok(unsafe { self.prepass.record(cmd, &self.frame_input(), &self.draws) }?)

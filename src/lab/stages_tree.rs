@@ -7,6 +7,7 @@ use crate::gpu::structs::{Region, TreeMeasurePush, TreeState};
 use crate::gpu::sync::{self, Access::*};
 use crate::methods::fvsm::Fvsm;
 use crate::methods::qvsm::Qvsm;
+use crate::methods::tiled::Tiled;
 use crate::methods::tree::Tree;
 use crate::methods::{Method, MethodSpec};
 
@@ -56,6 +57,13 @@ pub fn qvsm(lab: &Lab, spec: &str) -> Result<(TreeFrame, Vec<u32>)> {
     let mut method = Qvsm::new(&parsed(spec)?, lab)?;
     method.frame(lab)?;
     Ok((method.left(lab)?, method.served(lab)?))
+}
+
+/// What a frame of `tiled` left; the importance of entries in place of requests.
+pub fn tiled(lab: &Lab, spec: &str) -> Result<TreeFrame> {
+    let mut method = Tiled::new(&parsed(spec)?, lab)?;
+    method.frame(lab)?;
+    method.left(lab)
 }
 
 fn parsed(spec: &str) -> Result<MethodSpec> {

@@ -36,7 +36,7 @@ pub(crate) fn scene(
     let shape = if gpu.rays.is_some() { super::shapes::USAGE } else { U::empty() };
     let meshes = mesh_list(scene);
     let meshlets = casters::meshlets(&scene.indices, &scene.clusters, scene.positions.len());
-    let sources: [(&str, &[u8], U, u64); 9] = [
+    let sources: [Source<'_>; 9] = [
         ("positions", bytemuck::cast_slice(&scene.positions), U::VERTEX_BUFFER | shape, 0),
         ("attributes", bytemuck::cast_slice(&scene.attributes), U::VERTEX_BUFFER, 0),
         ("indices", bytemuck::cast_slice(&scene.indices), U::INDEX_BUFFER | shape, 4 * INDEX_ROOM),
@@ -47,21 +47,7 @@ pub(crate) fn scene(
         ("meshes", bytemuck::cast_slice(&meshes), U::empty(), 0),
         ("meshlets", bytemuck::cast_slice(&meshlets), U::empty(), 0),
     ];
-    let mut staging = Buffer::new(gpu, "staging", STAGING as u64, U::TRANSFER_SRC, Memory::Upload)?;
-    let mut buffers = Vec::new();
-    for (name, bytes, usage, room) in sources {
-        let buffer = Buffer::storage(gpu, name, bytes.len() as u64 + room, usage)?;
-        for (i, chunk) in bytes.chunks(STAGING).enumerate() {
-            staging.bytes_mut()[..chunk.len()].copy_from_slice(chunk);
-            let cmd = device.begin()?;
-            let copy = [vk::BufferCopy { src_offset: 0, dst_offset: (i * STAGING) as u64, size: chunk.len() as u64 }];
-            sync::barrier(&gpu.device, cmd, &[(Access::HostWrite, Access::TransferRead)]);
-            // SAFETY: the chunk fits both buffers
-            unsafe { gpu.device.cmd_copy_buffer(cmd, staging.raw, buffer.raw, &copy) };
-            device.submit_and_wait(cmd)?;
-        }
-        buffers.push(buffer);
-    }
+    let buffers = storage(gpu, device, &sources)?;
     let raw = |i: usize| buffers[i].raw;
     let view = SceneBuffers {
         positions: raw(0),
@@ -84,6 +70,29 @@ pub(crate) fn scene(
         bounds_max: (scene.bounds_max - scene.origin).to_array(),
     };
     Ok((view, buffers))
+}
+
+/// A name, what a buffer holds, its usage beyond that of storage, and bytes of room behind that.
+pub(crate) type Source<'a> = (&'a str, &'a [u8], vk::BufferUsageFlags, u64);
+
+/// Makes and fills storage buffers and waits.
+pub(crate) fn storage(gpu: &Arc<Gpu>, device: &LabDevice, sources: &[Source<'_>]) -> Result<Vec<Buffer>, LabError> {
+    let mut staging = Buffer::new(gpu, "staging", STAGING as u64, vk::BufferUsageFlags::TRANSFER_SRC, Memory::Upload)?;
+    let mut buffers = Vec::new();
+    for &(name, bytes, usage, room) in sources {
+        let buffer = Buffer::storage(gpu, name, bytes.len() as u64 + room, usage)?;
+        for (i, chunk) in bytes.chunks(STAGING).enumerate() {
+            staging.bytes_mut()[..chunk.len()].copy_from_slice(chunk);
+            let cmd = device.begin()?;
+            let copy = [vk::BufferCopy { src_offset: 0, dst_offset: (i * STAGING) as u64, size: chunk.len() as u64 }];
+            sync::barrier(&gpu.device, cmd, &[(Access::HostWrite, Access::TransferRead)]);
+            // SAFETY: the chunk fits both buffers
+            unsafe { gpu.device.cmd_copy_buffer(cmd, staging.raw, buffer.raw, &copy) };
+            device.submit_and_wait(cmd)?;
+        }
+        buffers.push(buffer);
+    }
+    Ok(buffers)
 }
 
 /// Uploads what a pose changed and waits.

@@ -12,27 +12,37 @@ pub(super) struct Comparison {
     pub(super) bias_texels: f32,
     pub(super) cull: Cull,
     pub(super) filter: Filter,
+    /// Whether the plane's bias shrinks to nothing towards the middle of a texel: for methods that trust lookups there alone.
+    pub(super) centred: bool,
 }
 
 impl Comparison {
     pub(super) fn of(spec: &MethodSpec) -> Result<Self, LabError> {
         let filter = filter(spec)?;
         let (bias, cull) = bias_kind(spec)?;
-        Ok(Self { bias, bias_texels: depth_bias(spec)? * filter.bias(), cull, filter })
+        Ok(Self { bias, bias_texels: depth_bias(spec)? * filter.bias(), cull, filter, centred: false })
     }
 
     /// A method's own keys, then the five.
     pub(super) const fn keys<const N: usize>(own: &[Parameter]) -> [Parameter; N] {
-        let five = [BIAS, DEPTH_BIAS, CULL, FILTER[0], FILTER[1]];
-        assert!(own.len() + five.len() == N);
-        let mut all = [BIAS; N];
-        let mut i = 0;
-        while i < N {
-            all[i] = if i < own.len() { own[i] } else { five[i - own.len()] };
-            i += 1;
-        }
-        all
+        joined(own, &[BIAS, DEPTH_BIAS, CULL, FILTER[0], FILTER[1]])
     }
+
+    /// The same of a method that filters nothing.
+    pub(super) const fn hard_keys<const N: usize>(own: &[Parameter]) -> [Parameter; N] {
+        joined(own, &[BIAS, DEPTH_BIAS, CULL])
+    }
+}
+
+const fn joined<const N: usize>(own: &[Parameter], rest: &[Parameter]) -> [Parameter; N] {
+    assert!(own.len() + rest.len() == N);
+    let mut all = [BIAS; N];
+    let mut i = 0;
+    while i < N {
+        all[i] = if i < own.len() { own[i] } else { rest[i - own.len()] };
+        i += 1;
+    }
+    all
 }
 
 /// How the map methods keep surfaces from shadowing themselves; as in `glsl/methods/bias.glsl`.
@@ -50,6 +60,8 @@ pub(super) enum BiasKind {
     Midpoint,
     /// By the lesser of that and a constant (Weiskopf, Ertl 2003; book, 2.2.4).
     Dual,
+    /// By the receiver's triangle, where the map holds it, or else a constant (Hourcade, Nicolas 1985; Fernando 2002, ch. 2).
+    Ids,
 }
 
 impl BiasKind {
@@ -63,8 +75,8 @@ impl BiasKind {
 const BIAS: Parameter = Parameter {
     key: "bias",
     default: "plane",
-    allowed: "plane, constant, slope, second, midpoint or dual",
-    meaning: "what keeps surfaces from shadowing themselves: the receiver's plane, a constant, that and the slope, the sides turned away, the middle to the second surface, or the lesser of that and a constant",
+    allowed: "plane, constant, slope, second, midpoint, dual or ids",
+    meaning: "what keeps surfaces from shadowing themselves: the receiver's plane, a constant, that and the slope, the sides turned away, the middle to the second surface, the lesser of that and a constant, or the triangle's own number and else a constant",
 };
 
 /// The key `depth_bias` of the map methods.
@@ -117,13 +129,14 @@ pub(super) fn filter(spec: &MethodSpec) -> Result<Filter, LabError> {
 
 /// With what is left out of the map, which `second` decides itself.
 fn bias_kind(spec: &MethodSpec) -> Result<(BiasKind, Cull), LabError> {
-    let kinds = ["plane", "constant", "slope", "second", "midpoint", "dual"];
+    let kinds = ["plane", "constant", "slope", "second", "midpoint", "dual", "ids"];
     let kind = match spec.one_of(BIAS.key, BIAS.default, &kinds)? {
         "constant" => BiasKind::Constant,
         "slope" => BiasKind::Slope,
         "second" => BiasKind::Second,
         "midpoint" => BiasKind::Midpoint,
         "dual" => BiasKind::Dual,
+        "ids" => BiasKind::Ids,
         _ => BiasKind::Plane,
     };
     let cull = cull(spec)?;

@@ -4,6 +4,7 @@
 use super::comparison::Comparison;
 use super::map::{self, Given, Map, Screen, Shape, Step};
 use super::map_fit::{across, frustum_in_box, slice_sphere, snapped};
+use super::warp_passes::{self, Passes, Rule};
 use super::{
     FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Sampling, Statistics, map_light, map_sampling,
 };
@@ -16,7 +17,7 @@ use ash::vk;
 use bytemuck::Zeroable;
 use glam::{DVec2, DVec3};
 
-const PARAMETERS: [Parameter; 11] = Comparison::keys(&[
+const PARAMETERS: [Parameter; 12] = Comparison::keys(&[
     Parameter { key: "cascades", default: "4", allowed: "1 to 8", meaning: "number of maps" },
     Parameter { key: "resolution", default: "2048", allowed: "64 to 8192", meaning: "side of each map in texels" },
     Parameter {
@@ -43,6 +44,12 @@ const PARAMETERS: [Parameter; 11] = Comparison::keys(&[
         allowed: "false or true",
         meaning: "with fit=frustum: squares of one size whose texels stay in the world while the eye moves",
     },
+    Parameter {
+        key: "warp",
+        default: "none",
+        allowed: "none, auto or always",
+        meaning: "whether each slice's map is warped as by lispsm (book, 4.3.3): not, where its texels then look smaller, or always",
+    },
 ]);
 
 pub(super) const INFO: MethodInfo = MethodInfo {
@@ -61,6 +68,8 @@ struct Settings {
     to_samples: bool,
     blend: f32,
     snap: bool,
+    /// With whether it serves even where it gains nothing.
+    warp: Option<bool>,
     comparison: Comparison,
 }
 
@@ -74,6 +83,13 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
             "method '{spec}' has snap=true, allowed is snap=false without fit=frustum"
         )));
     }
+    let warp = match spec.one_of("warp", "none", &["none", "auto", "always"])? {
+        "none" => None,
+        _ if !to_samples => {
+            return Err(LabError::Usage(format!("method '{spec}' has a warp, allowed is warp=none with fit=frustum")));
+        }
+        which => Some(which == "always"),
+    };
     Ok(Settings {
         cascades: spec.u32_in("cascades", 4, 1..=8)?,
         resolution: spec.u32_in("resolution", 2048, 64..=8192)?,
@@ -81,6 +97,7 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
         to_samples,
         blend: spec.f32_in("blend", 0.0, 0.0..=0.5)?,
         snap,
+        warp,
         comparison: Comparison::of(spec)?,
     })
 }
@@ -91,6 +108,7 @@ pub(super) struct Csm {
     map: [Map; 1],
     extremes: Compute,
     splits: Compute,
+    warps: Option<Passes>,
 }
 
 impl Csm {
@@ -107,6 +125,7 @@ impl Csm {
             comparison: settings.comparison,
         };
         let map = Map::new(spec, lab, &screen, &lab.view().lights[0], shape)?;
+        let warps = settings.warp.map(|always| Passes::new(lab, &screen, &map, (Rule::Even, always))).transpose()?;
         let (frame, slices) = (Binding::Uniform(&screen.frame), Binding::Storage(&map.slices));
         let depth = Binding::Sampled(&screen.receivers.depth);
         let (extremes, splits) = (spirv!("methods/csm_extremes.comp"), spirv!("methods/csm_splits.comp"));
@@ -116,6 +135,7 @@ impl Csm {
             settings,
             screen,
             map: [map],
+            warps,
         })
     }
 
@@ -207,13 +227,16 @@ impl Method for Csm {
             let (fits, slices) = if self.settings.snap { self.snapped_fits(lab)? } else { self.frustum_fits(lab)? };
             Given { light, fits: Some(fits), slices }
         };
-        let slice = |step, cmd| {
-            if step == Step::Slice {
-                self.slice(lab, cmd);
-            }
+        let axis = warp_passes::axis(lab)?;
+        let [map] = &self.map;
+        let steps = |step, cmd| match (step, &self.warps) {
+            (Step::Reset, Some(warps)) => warps.reset(cmd),
+            (Step::Slice, _) => self.slice(lab, cmd),
+            (Step::Fitted, Some(warps)) => warps.record(cmd, (&self.screen, map), axis),
+            _ => {}
         };
         let camera = lab.camera_constants()?;
-        lab.frame(|cmd, timer| map::record((lab, &camera), (cmd, timer), &self.screen, &self.map, &[given], slice))
+        lab.frame(|cmd, timer| map::record((lab, &camera), (cmd, timer), &self.screen, &self.map, &[given], steps))
     }
 
     fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {
@@ -235,7 +258,11 @@ impl Method for Csm {
     }
 
     fn statistics(&mut self, lab: &Lab) -> Result<Statistics, LabError> {
-        map::statistics(lab, &self.map)
+        let mut statistics = map::statistics(lab, &self.map)?;
+        if let Some(warps) = &self.warps {
+            statistics.counters.push(("warped", warps.warped(lab)?));
+        }
+        Ok(statistics)
     }
 }
 

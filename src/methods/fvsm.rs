@@ -27,7 +27,7 @@ const PARAMETERS: [Parameter; 11] = Comparison::keys(&[
     },
     Parameter {
         key: "density",
-        default: "1",
+        default: "4",
         allowed: "0.0625 to 16",
         meaning: "texels along each axis that the box around a pixel's footprint must hold",
     },
@@ -65,7 +65,7 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
     Ok(Settings {
         side: spec.u32_in("tile", 256, 32..=4096)?,
         tree: TreeShape { levels: spec.u32_in("levels", 6, 0..=8)?, tiles: spec.u32_in("tiles", 256, 1..=2048)?, rule },
-        density: spec.f32_in("density", 1.0, 0.0625..=16.0)?,
+        density: spec.f32_in("density", 4.0, 0.0625..=16.0)?,
         drop: spec.f32_in("drop", 0.0, 0.0..=50.0)? / 100.0,
         comparison: Comparison::of(spec)?,
     })

@@ -2,7 +2,8 @@
 //! direction as the light sees it, which keeps the light parallel.
 
 use super::comparison::Comparison;
-use super::warp::{RESOLUTION, Rule, Settings, WARP, Warp, settings};
+use super::warp::{RESOLUTION, Settings, WARP, Warp, settings};
+use super::warp_passes::Rule;
 use super::{MethodInfo, MethodSpec, Parameter};
 use crate::lab::LabError;
 

@@ -1,10 +1,13 @@
 //! What the methods that draw fitted maps share: the layers of one light's map with their passes, and a frame of them.
 
-use super::comparison::Comparison;
+use super::comparison::{BiasKind, Comparison};
 use super::map_fit::{ANGLES, least_area};
 use super::map_light::Kind;
+use super::polygon_ids::PolygonIds;
+use super::silhouette_edges::Edges;
+use super::silhouette_map::SilhouetteMap;
 use super::tiles::Tiles;
-use super::{Masks, MethodSpec, Statistics, map_light};
+use super::{DebugPicture, Masks, MethodSpec, Statistics, map_light};
 use crate::engine::gradient::{Gradient, Receivers};
 use crate::gpu::structs::{Fit, Frame, MapLight, Slices};
 use crate::gpu::sync::{self, Access};
@@ -23,6 +26,8 @@ pub(super) struct Screen {
     pub(super) receivers: Receivers,
     gradient: Gradient,
     size: [u32; 2],
+    /// Where maps hold silhouettes too.
+    edges: Option<Edges>,
 }
 
 impl Screen {
@@ -31,7 +36,17 @@ impl Screen {
         let frame = constants_buffer(gpu, "frame constants", size_of::<Frame>())?;
         let receivers = Receivers::new(gpu, lab.view().size)?;
         let gradient = Gradient::new(gpu, Binding::Uniform(&frame), &lab.prepass().images(), &receivers)?;
-        Ok(Self { frame, receivers, gradient, size: lab.view().size })
+        Ok(Self { frame, receivers, gradient, size: lab.view().size, edges: None })
+    }
+
+    /// For maps that hold silhouettes too.
+    pub(super) fn with_edges(lab: &Lab) -> Result<Self, LabError> {
+        Ok(Self { edges: Some(Edges::new(lab)?), ..Self::new(lab)? })
+    }
+
+    /// The scene's edges where maps hold silhouettes too.
+    pub(super) fn edges(&self) -> Option<&Edges> {
+        self.edges.as_ref()
     }
 
     /// Workgroups of a pass in which a thread walks down 32 pixels of a column.
@@ -46,7 +61,12 @@ fn constants_buffer(gpu: &Arc<Gpu>, name: &str, size: usize) -> Result<Buffer, L
     Ok(Buffer::new(gpu, name, size as u64, usage, Memory::Device)?)
 }
 
-fn screen_image(lab: &Lab, name: &str, format: vk::Format, usage: vk::ImageUsageFlags) -> Result<Image, LabError> {
+pub(super) fn screen_image(
+    lab: &Lab,
+    name: &str,
+    format: vk::Format,
+    usage: vk::ImageUsageFlags,
+) -> Result<Image, LabError> {
     let [width, height] = lab.view().size;
     Ok(Image::new(lab.gpu(), name, &ImageSpec { format, width, height, layers: 0, usage })?)
 }
@@ -121,6 +141,9 @@ pub(super) struct Map {
     image: Image,
     /// The second surface, where the bias asks for it.
     second: Option<Image>,
+    /// Where the bias asks for them.
+    ids: Option<PolygonIds>,
+    silhouettes: Option<SilhouetteMap>,
     visibility: Image,
     measure: Compute,
     choose: Compute,
@@ -143,7 +166,7 @@ impl Map {
         let kind = map_light::kind(light);
         let position = u32::from(kind != Kind::Parallel);
         let gpu = lab.gpu();
-        let Shape { side, layers, tiled, blend, comparison: Comparison { bias, cull, filter, .. } } = shape;
+        let Shape { side, layers, tiled, blend, comparison: Comparison { bias, cull, filter, centred, .. } } = shape;
         let largest = gpu.limits.max_image_dimension2_d.min(gpu.limits.max_framebuffer_width);
         if side > largest {
             return Err(LabError::Refused(format!("'{spec}': resolution is {side}, this device allows {largest}")));
@@ -153,10 +176,12 @@ impl Map {
             return Err(LabError::Refused(format!("'{spec}' has {layers} layers, this device allows {most}")));
         }
         use vk::{BufferUsageFlags as B, Format as F, ImageUsageFlags as I};
-        let usage = I::DEPTH_STENCIL_ATTACHMENT | I::SAMPLED;
-        let spec = ImageSpec { format: F::D32_SFLOAT, width: side, height: side, layers, usage };
-        let image = Image::new(gpu, "map", &spec)?;
-        let second = bias.peels().then(|| Image::new(gpu, "second map", &spec)).transpose()?;
+        // debug pictures copy what has silhouettes
+        let usage = I::DEPTH_STENCIL_ATTACHMENT | I::SAMPLED | I::TRANSFER_SRC;
+        let depths = ImageSpec { format: F::D32_SFLOAT, width: side, height: side, layers, usage };
+        let image = Image::new(gpu, "map", &depths)?;
+        let second = bias.peels().then(|| Image::new(gpu, "second map", &depths)).transpose()?;
+        let edges = screen.edges.as_ref();
         let visibility = screen_image(lab, "visibility", F::R32_SFLOAT, I::STORAGE | I::TRANSFER_SRC)?;
         let light = constants_buffer(gpu, "light constants", size_of::<MapLight>())?;
         let storage =
@@ -166,6 +191,8 @@ impl Map {
         let fits = storage("fits", size_of::<Fit>(), layers)?;
         let slices = storage("slices", size_of::<Slices>(), 1)?;
         let tiles = tiled.then(|| Tiles::new(lab, &shape, &light, &fits)).transpose()?;
+        let silhouettes =
+            edges.map(|edges| SilhouetteMap::new(lab, edges, (&light, &fits, &image), position)).transpose()?;
         let scene = lab.scene_buffers();
         let samples = samples(screen, &light, &slices);
         // without tiles the shaders do not read them
@@ -179,6 +206,9 @@ impl Map {
             Binding::External(scene.materials),
             Binding::External(scene.texels),
         ];
+        let ids = (bias == BiasKind::Ids)
+            .then(|| PolygonIds::new(spec, lab, (&shape, kind), &draw, &screen.frame))
+            .transpose()?;
         // with a side left out every fragment is tested
         let depth_compare = vk::CompareOp::GREATER_OR_EQUAL;
         let state = |tested| GraphicsState { depth_compare, ..GraphicsState::casters(scene.position_layout, tested) };
@@ -244,10 +274,22 @@ impl Map {
                     draw[1],
                     Binding::Sampled(&image),
                     Binding::StorageImage(&visibility),
-                    Binding::Sampled(second.as_ref().unwrap_or(&image)),
+                    Binding::Sampled(second.as_ref().or(ids.as_ref().map(|ids| &ids.map)).unwrap_or(&image)),
                     picked,
+                    Binding::Sampled(ids.as_ref().map_or(&screen.receivers.depth, |ids| &ids.view)),
+                    Binding::Sampled(silhouettes.as_ref().map_or(&image, SilhouetteMap::points)),
                 ],
-                &[fitted, position, kind_of_filter, taps, bias as u32, blend.to_bits(), tiled.into()],
+                &[
+                    fitted,
+                    position,
+                    kind_of_filter,
+                    taps,
+                    bias as u32,
+                    blend.to_bits(),
+                    tiled.into(),
+                    silhouettes.is_some().into(),
+                    centred.into(),
+                ],
             )?,
             shape,
             kind,
@@ -258,7 +300,9 @@ impl Map {
             tiles,
             image,
             second,
+            ids,
             peels,
+            silhouettes,
             visibility,
             gpu: gpu.clone(),
         })
@@ -274,11 +318,6 @@ impl Map {
         self.tiles.as_ref()
     }
 
-    /// What all layers hold; readable by shaders between draws.
-    pub(super) fn image(&self) -> &Image {
-        &self.image
-    }
-
     /// The tile of each pixel; without tiles what shaders do not read.
     pub(super) fn picked(&self) -> Binding<'_> {
         Binding::Storage(self.tiles.as_ref().map_or(&self.fits, |tiles| &tiles.picked))
@@ -287,6 +326,11 @@ impl Map {
     /// The fit of each layer.
     pub(super) fn fits(&self) -> &Buffer {
         &self.fits
+    }
+
+    /// Stored depths; readable by lookups outside of [`Self::draw`].
+    pub(super) fn image(&self) -> &Image {
+        &self.image
     }
 
     /// The light's constants.
@@ -303,6 +347,16 @@ impl Map {
         Ok(bytemuck::pod_collect_to_vec(&lab.read_image(&self.visibility, Access::TransferRead, 4)?))
     }
 
+    /// What a map that holds silhouettes too has beside; `None` for others.
+    pub(super) fn silhouettes(&self) -> Option<&SilhouetteMap> {
+        self.silhouettes.as_ref()
+    }
+
+    /// The first layer with its silhouettes, where the map holds them.
+    pub(super) fn debug_pictures(&self, lab: &Lab) -> Result<Vec<DebugPicture>, LabError> {
+        self.silhouettes.iter().map(|silhouettes| silhouettes.picture(lab, &self.image)).collect()
+    }
+
     /// Readable by transfers outside of [`Self::look_up`].
     pub(super) fn visibility_image(&self) -> &Image {
         &self.visibility
@@ -312,7 +366,20 @@ impl Map {
         &self.shape
     }
 
+    /// The fit of a layer to what it must hold.
+    pub(super) fn fit(&self, points: &[DVec2]) -> Fit {
+        least_area(points, self.shape.side.into(), self.border().into())
+    }
+
+    /// Texels around the samples that a layer holds too; silhouettes are looked up around the texel beside a sample's.
+    fn border(&self) -> u32 {
+        self.shape.border() + u32::from(self.silhouettes.is_some())
+    }
+
     fn write(&self, cmd: vk::CommandBuffer, given: &Given) {
+        if let Some(silhouettes) = &self.silhouettes {
+            silhouettes.reset(cmd);
+        }
         let device = &self.gpu.device;
         // SAFETY: the command buffer is recording; the data is smaller than 64 KiB
         unsafe {
@@ -333,6 +400,9 @@ impl Map {
     pub(super) fn draw(&self, lab: &Lab, cmd: vk::CommandBuffer) {
         if let Some(tiles) = &self.tiles {
             tiles.cull(cmd);
+        }
+        if let Some(ids) = &self.ids {
+            return ids.draw(lab, cmd, &self.image);
         }
         let first = self.draws.iter().map(|[opaque, masked]| [opaque, masked]);
         self.draw_into(lab, cmd, &self.image, first);
@@ -441,6 +511,10 @@ pub(super) fn record(
     record_fits((lab, camera), (cmd, timer), screen, maps, given, steps);
     maps.iter().for_each(|map| map.draw(lab, cmd));
     timer.mark(cmd, "map");
+    if screen.edges.is_some() {
+        maps.iter().filter_map(|map| map.silhouettes.as_ref()).for_each(|silhouettes| silhouettes.record(cmd));
+        timer.mark(cmd, "silhouettes");
+    }
     maps.iter().for_each(|map| map.look_up(cmd, screen));
     timer.mark(cmd, "lookup");
 }
@@ -480,11 +554,7 @@ pub(super) fn record_fits(
         fitted().for_each(|map| map.measure.dispatch(cmd, &(), screen.columns()));
         sync::barrier(device, cmd, &[(ComputeWrite, ComputeRead)]);
         fitted().for_each(|map| {
-            map.choose.dispatch(
-                cmd,
-                &[map.shape.side, map.shape.border()].map(|v| v as f32),
-                [map.draws.len() as u32, 1, 1],
-            )
+            map.choose.dispatch(cmd, &[map.shape.side, map.border()].map(|v| v as f32), [map.draws.len() as u32, 1, 1])
         });
         sync::barrier(device, cmd, &[(ComputeWrite, ComputeWrite)]);
         steps(Step::Fitted, cmd);
@@ -501,7 +571,7 @@ pub(super) fn masks(maps: &[Map]) -> Masks<'_> {
 /// Device memory by purpose, in bytes.
 pub(super) fn memory(screen: &Screen, maps: &[Map]) -> Vec<(&'static str, u64)> {
     let sum = |bytes: fn(&Map) -> u64| maps.iter().map(bytes).sum::<u64>();
-    vec![
+    let mut memory = vec![
         ("map", sum(|m| m.image.bytes + m.second.as_ref().map_or(0, |second| second.bytes))),
         ("screen", screen.receivers.bytes() + sum(|m| m.visibility.bytes)),
         (
@@ -513,14 +583,20 @@ pub(super) fn memory(screen: &Screen, maps: &[Map]) -> Vec<(&'static str, u64)> 
                         + m.fits.size
                         + m.slices.size
                         + m.tiles.as_ref().map_or(0, |tiles| tiles.bytes)
+                        + m.ids.as_ref().map_or(0, PolygonIds::bytes)
                 }),
         ),
-    ]
+    ];
+    if let Some(edges) = &screen.edges {
+        memory.push(("silhouettes", sum(|m| m.silhouettes.as_ref().map_or(0, SilhouetteMap::bytes))));
+        memory.push(("edges", edges.bytes()));
+    }
+    memory
 }
 
 /// Statistics of the last frame of all lights.
 pub(super) fn statistics(lab: &Lab, maps: &[Map]) -> Result<Statistics, LabError> {
-    let (mut effective_resolution, mut outside, mut dropped) = (0.0f64, 0, None);
+    let (mut effective_resolution, mut outside, mut dropped, mut found) = (0.0f64, 0, None, None);
     for (map, light) in maps.iter().zip(&lab.view().lights) {
         let fits: Vec<Fit> = bytemuck::pod_collect_to_vec(&lab.read_buffer(&map.fits)?);
         let texels = fits[..map.shape.layers as usize].iter().map(|f| f64::from(f.texel[0].min(f.texel[1])));
@@ -531,8 +607,12 @@ pub(super) fn statistics(lab: &Lab, maps: &[Map]) -> Result<Statistics, LabError
         if let Some(tiles) = &map.tiles {
             dropped = Some(dropped.unwrap_or(0) + tiles.dropped(lab)?);
         }
+        if let Some(silhouettes) = &map.silhouettes {
+            found = Some(found.unwrap_or(0) + silhouettes.found(lab)?.len() as u64);
+        }
     }
     let mut counters = vec![("outside", outside)];
     counters.extend(dropped.map(|count| ("dropped", count)));
+    counters.extend(found.map(|count| ("silhouettes", count)));
     Ok(Statistics { effective_resolution, counters, ..Statistics::default() })
 }

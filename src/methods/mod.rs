@@ -2,14 +2,17 @@
 
 mod asm;
 mod asm_gpu;
+mod changes;
 mod comparison;
 mod csm;
 pub(crate) mod fvsm;
+mod hybrid;
 mod lispsm;
 mod map;
 mod map_fit;
 mod map_light;
 mod map_sampling;
+mod polygon_ids;
 mod psm;
 mod quadtree;
 pub(crate) mod qvsm;
@@ -19,17 +22,27 @@ mod rmsm_pages;
 mod rmsm_pictures;
 mod rmsm_sampling;
 mod sampling;
+mod silhouette;
+mod silhouette_edges;
+mod silhouette_map;
 mod spec;
+mod temporal;
+pub(crate) mod tiled;
 mod tiles;
 pub(crate) mod tree;
 mod tsm;
 mod uniform;
 mod warp;
+mod warp_passes;
 
 pub use crate::gpu::structs::SamplingError;
 pub use sampling::Sampling;
 #[doc(hidden)]
 pub use sampling::SamplingInputs;
+#[doc(hidden)]
+pub use silhouette::SilhouetteStage;
+#[doc(hidden)]
+pub use silhouette_edges::Outline;
 pub use spec::MethodSpec;
 
 use crate::Light;
@@ -204,6 +217,10 @@ pub static METHODS: &[MethodInfo] = &[
     asm_gpu::INFO,
     fvsm::INFO,
     qvsm::INFO,
+    tiled::INFO,
+    silhouette::INFO,
+    temporal::INFO,
+    hybrid::INFO,
     raytraced::INFO,
 ];
 

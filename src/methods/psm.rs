@@ -3,7 +3,8 @@
 //! so that nothing wraps through infinity, and casters behind the eye are not lost.
 
 use super::comparison::Comparison;
-use super::warp::{RESOLUTION, Rule, Settings, WARP, Warp, settings};
+use super::warp::{RESOLUTION, Settings, WARP, Warp, settings};
+use super::warp_passes::Rule;
 use super::{MethodInfo, MethodSpec, Parameter};
 use crate::lab::LabError;
 

@@ -149,6 +149,8 @@ pub struct TreeFrame {
     pub state: TreeState,
     /// The tile of each pixel.
     pub picked: Vec<u32>,
+    /// One value a pixel.
+    pub visibility: Vec<f32>,
 }
 
 /// What a map of tiles has beside the image.
@@ -222,6 +224,8 @@ impl TreeMap {
 
     /// Makes the regions of a round the map's tiles, and finds that of each sample.
     pub(super) fn place(&self, cmd: vk::CommandBuffer, round: u32) {
+        // what the round before placed may still be drawn
+        sync::barrier(&self.tree.gpu.device, cmd, &[(Access::GraphicsRead, Access::ComputeWrite)]);
         self.place.dispatch(cmd, &round, [self.tree.shape.tiles, 1, 1]);
         self.tree.next(cmd);
         self.pick.dispatch(cmd, &round, [self.size[0].div_ceil(8), self.size[1].div_ceil(8), 1]);
@@ -239,6 +243,7 @@ impl TreeMap {
             regions,
             state,
             picked: bytemuck::pod_collect_to_vec(&lab.read_buffer(&layers.picked)?),
+            visibility: map.visibility(lab)?,
         })
     }
 

@@ -2,7 +2,8 @@
 //! nearest part of what is seen gets four fifths of the map.
 
 use super::comparison::Comparison;
-use super::warp::{RESOLUTION, Rule, Settings, WARP, Warp, settings};
+use super::warp::{RESOLUTION, Settings, WARP, Warp, settings};
+use super::warp_passes::Rule;
 use super::{MethodInfo, MethodSpec, Parameter};
 use crate::lab::LabError;
 

@@ -6,7 +6,8 @@ use super::comparison::Comparison;
 use super::map::{self, Given, Map, Screen, Shape};
 use super::map_fit::{across, box_corners, frustum_in_box};
 use super::{
-    FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Sampling, Statistics, map_light, map_sampling,
+    DebugPicture, FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Sampling, Statistics, map_light,
+    map_sampling,
 };
 use crate::Light;
 use crate::engine::constants::light_axes;
@@ -15,28 +16,31 @@ use crate::lab::{Lab, LabError};
 use bytemuck::Zeroable;
 use glam::{DVec2, DVec3};
 
-const PARAMETERS: [Parameter; 7] = Comparison::keys(&[
-    Parameter {
-        key: "resolution",
-        default: "4096",
-        allowed: "64 to 16384",
-        meaning: "side of the map in texels; a cube's maps share the same number of texels",
-    },
-    Parameter {
-        key: "fit",
-        default: "samples",
-        allowed: "scene, frustum or samples",
-        meaning: "what the map is fitted to; for spot and point lights scene is the whole cone or cube, and frustum is refused",
-    },
-]);
+pub(super) const SIDE: u32 = 4096;
+
+/// The keys of the map itself, for methods that start from it.
+pub(super) const RESOLUTION: Parameter = Parameter {
+    key: "resolution",
+    default: "4096",
+    allowed: "64 to 16384",
+    meaning: "side of the map in texels; a cube's maps share the same number of texels",
+};
+pub(super) const FIT: Parameter = Parameter {
+    key: "fit",
+    default: "samples",
+    allowed: "scene, frustum or samples",
+    meaning: "what the map is fitted to; for spot and point lights scene is the whole cone or cube, and frustum is refused",
+};
+
+const PARAMETERS: [Parameter; 7] = Comparison::keys(&[RESOLUTION, FIT]);
 
 pub(super) const INFO: MethodInfo = MethodInfo {
     name: "uniform",
     source: "Williams 1978; Eisemann et al. 2011, 2.2 and 4.1",
     summary: "One conventional map, fitted on the GPU to the visible samples that face the light, turned to least area",
     parameters: &PARAMETERS,
-    check: |spec| settings(spec).map(|_| ()),
-    create: |spec, lab| Ok(Box::new(Uniform::new(spec, lab)?)),
+    check: |spec| settings(spec, SIDE).map(|_| ()),
+    create: |spec, lab| Ok(Box::new(Uniform::new(spec, lab, settings(spec, SIDE)?, Screen::new(lab)?)?)),
 };
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -46,16 +50,17 @@ enum FitTo {
     Samples,
 }
 
-struct Settings {
+pub(super) struct Settings {
     resolution: u32,
     fit: FitTo,
-    comparison: Comparison,
+    pub(super) comparison: Comparison,
 }
 
-fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
+/// What the keys of the map say, whatever method they are typed after; `side`: the default.
+pub(super) fn settings(spec: &MethodSpec, side: u32) -> Result<Settings, LabError> {
     Ok(Settings {
-        resolution: spec.u32_in("resolution", 4096, 64..=16384)?,
-        fit: match spec.one_of("fit", "samples", &["scene", "frustum", "samples"])? {
+        resolution: spec.u32_in(RESOLUTION.key, side, 64..=16384)?,
+        fit: match spec.one_of(FIT.key, FIT.default, &["scene", "frustum", "samples"])? {
             "scene" => FitTo::Scene,
             "frustum" => FitTo::Frustum,
             _ => FitTo::Samples,
@@ -64,30 +69,36 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
     })
 }
 
+/// The method, and what others start from.
 pub(super) struct Uniform {
+    name: String,
     settings: Settings,
-    screen: Screen,
+    pub(super) screen: Screen,
     /// One for each light.
-    maps: Vec<Map>,
+    pub(super) maps: Vec<Map>,
 }
 
 impl Uniform {
-    pub(super) fn new(spec: &MethodSpec, lab: &Lab) -> Result<Self, LabError> {
-        let settings = settings(spec)?;
+    /// Maps of silhouettes too where `screen` has edges.
+    pub(super) fn new(spec: &MethodSpec, lab: &Lab, settings: Settings, screen: Screen) -> Result<Self, LabError> {
         let lights = &lab.view().lights;
         if settings.fit == FitTo::Frustum && lights.iter().any(|l| map_light::half_side(l).is_some()) {
             return Err(LabError::Refused(format!(
                 "'{spec}': fit=frustum serves directional lights; allowed for spot and point lights is fit=scene or samples"
             )));
         }
-        let screen = Screen::new(lab)?;
         let shape = |light| {
             let layers = map_light::layers(light);
             let side = (f64::from(settings.resolution) / f64::from(layers).sqrt()) as u32;
             Shape { side, layers, tiled: false, blend: 0.0, comparison: settings.comparison }
         };
         let maps = lights.iter().map(|l| Map::new(spec, lab, &screen, l, shape(l))).collect::<Result<_, _>>()?;
-        Ok(Self { settings, screen, maps })
+        Ok(Self { name: spec.name.clone(), settings, screen, maps })
+    }
+
+    /// What all lights share, and the map of the first.
+    pub(super) fn first(&self) -> (&Screen, &Map) {
+        (&self.screen, &self.maps[0])
     }
 
     /// The fit of each layer that needs no look at the samples.
@@ -99,7 +110,7 @@ impl Uniform {
                 across(&self.parallel_points(lab), eye, light_axes(map_light::direction(light))?)
             }
         };
-        Ok(vec![map.shape().fit(&points); map.shape().layers as usize])
+        Ok(vec![map.fit(&points); map.shape().layers as usize])
     }
 
     /// Corners of what a parallel light's map covers, relative to the scene's origin.
@@ -117,8 +128,9 @@ impl Uniform {
     }
 }
 
-impl Method for Uniform {
-    fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError> {
+impl Uniform {
+    /// What the CPU gives for a frame of each light.
+    pub(super) fn given(&self, lab: &Lab) -> Result<Vec<Given>, LabError> {
         map::check_lights(lab, &self.maps)?;
         let given = |(light, map): (&Light, &Map)| {
             let fits = match self.settings.fit {
@@ -131,17 +143,23 @@ impl Method for Uniform {
                 slices: Slices::zeroed(),
             })
         };
-        let given = lab.view().lights.iter().zip(&self.maps).map(given).collect::<Result<Vec<_>, LabError>>()?;
+        lab.view().lights.iter().zip(&self.maps).map(given).collect()
+    }
+}
+
+impl Method for Uniform {
+    fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError> {
+        let given = self.given(lab)?;
         let camera = lab.camera_constants()?;
         lab.frame(|cmd, timer| map::record((lab, &camera), (cmd, timer), &self.screen, &self.maps, &given, |_, _| ()))
     }
 
     fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {
-        super::of_light(&self.maps, INFO.name, light)?.visibility(lab)
+        super::of_light(&self.maps, &self.name, light)?.visibility(lab)
     }
 
     fn sampling(&mut self, lab: &Lab, light: usize) -> Result<Option<Sampling>, LabError> {
-        super::of_light(&self.maps, INFO.name, light)
+        super::of_light(&self.maps, &self.name, light)
             .and_then(|map| map_sampling::sampling(lab, &self.screen, map))
             .map(Some)
     }
@@ -156,5 +174,9 @@ impl Method for Uniform {
 
     fn statistics(&mut self, lab: &Lab) -> Result<Statistics, LabError> {
         map::statistics(lab, &self.maps)
+    }
+
+    fn debug_pictures(&mut self, lab: &Lab) -> Result<Vec<DebugPicture>, LabError> {
+        self.maps.first().map_or(Ok(Vec::new()), |map| map.debug_pictures(lab))
     }
 }

@@ -476,7 +476,7 @@ fn close_views_reach_large_maps() {
     let (target, aim) = (DVec3::new(1.7504, -0.0186, 6.4449), DVec3::new(1.945, 0.0832, 6.6006));
     for (distance, least) in [(1.0, 65_536.0), (0.1, 524_288.0)] {
         view.camera = Camera { eye: target + distance * (aim - target), target, near: 0.001, ..view.camera };
-        view.lights = vec![Light::directional(DVec3::new(0.32102, -0.70711, 0.63004))];
+        view.lights = vec![Light::directional(DVec3::new(0.32, -0.7, 0.63))];
         let lab = Bench::new(scene.clone(), view.clone());
         let mut method = method(&lab, "asm:cells=64");
         settle(&mut *method, &lab);

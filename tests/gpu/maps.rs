@@ -59,8 +59,13 @@ fn directional_maps_match_the_reference() {
             "lispsm:resolution=2048,warp=always,distance=1000",
             "tsm:resolution=2048,warp=always",
             "psm:resolution=2048",
+            "silhouette:resolution=2048",
             "csm:resolution=1024,bias=midpoint",
             "csm:resolution=4096,fit=frustum,snap=true",
+            "csm:resolution=1024,warp=always,blend=0.1",
+            "fvsm:tile=128,tiles=256",
+            "qvsm:tile=256,tiles=64",
+            "tiled:tile=512",
         ] {
             let (visibility, outside) = draw(&lab, spec);
             near_truth(&format!("{name}, {spec}"), &visibility, &reference);
@@ -134,6 +139,12 @@ fn kinds_of_bias_on_closed_bodies() {
             let m = errs(bias);
             assert!(m.acne < 0.02 * none.acne && m.leak < 0.3 && m.lost < 0.1, "{bias}: {m:?}");
         }
+        // a triangle does not shadow itself; where the map holds its neighbour a constant must do
+        let [alone, helped] = ["constant,depth_bias=1", "ids,depth_bias=1"].map(errs);
+        assert!(alone.acne > 0.1 && helped.acne < 0.5 * alone.acne, "{helped:?}, a constant alone {alone:?}");
+        assert!(helped.leak < alone.leak + 0.02 && helped.lost < 0.1, "{helped:?}, a constant alone {alone:?}");
+        let bare = errs("ids,depth_bias=0");
+        assert!(bare.acne < 0.5 * none.acne && bare.acne > helped.acne, "{bare:?}, without bias {none:?}");
         // the lesser of a constant and the middle is as the middle where the constant is large, and as the constant where it is small
         let [large, small] = ["dual,depth_bias=16", "dual,depth_bias=1"].map(errs);
         let [middle, constant] = ["midpoint", "constant,depth_bias=1"].map(errs);
@@ -200,6 +211,28 @@ fn warps_err_less_on_a_long_scene() {
     assert!(!serves && visibility == draw(&lab, "uniform:resolution=512").0);
 }
 
+/// A warp for each slice: one slice is lispsm, several err less than slices alone.
+#[test]
+fn warped_cascades_err_less_on_a_long_scene() {
+    let (scene, view) = scenes::long_row(SIZE);
+    let lab = Bench::new(scene, view);
+    let reference = lab.reference(0, &|_| {}).unwrap();
+    let mismatch = |visibility: &[f32]| compare(visibility, &reference).unwrap().mismatch;
+    let [one, same] = ["csm:resolution=512,cascades=1,warp=always", "lispsm:resolution=512,warp=always"]
+        .map(|spec| warped(&lab, spec).1);
+    assert!(one == same && one.contains(&0.0) && one.contains(&1.0));
+    for cascades in [2, 3] {
+        let [plain, auto] = ["none", "auto"].map(|warp| {
+            let spec = format!("csm:resolution=256,cascades={cascades},warp={warp}");
+            let (visibility, outside) = draw(&lab, &spec);
+            assert_eq!(outside, 0, "{spec}");
+            mismatch(&visibility)
+        });
+        println!("{cascades} slices: {plain} %, warped {auto} %");
+        assert!(auto < 0.95 * plain, "{cascades} slices: {plain} %, warped {auto} %");
+    }
+}
+
 /// Where the light shines along the view, or nearly (duelling frusta), no warp gains anything: the map is the fitted one.
 #[test]
 fn a_light_along_the_view_is_not_warped() {
@@ -251,15 +284,21 @@ fn every_sample_lies_in_the_map_of_its_layer() {
                 "csm:resolution=64,fit=frustum",
                 "csm:resolution=256,fit=frustum,snap=true",
                 "csm:resolution=64,cascades=8",
+                "csm:resolution=256,warp=always,blend=0.3",
                 "uniform",
                 "lispsm:resolution=512,warp=always",
                 "tsm:resolution=512,warp=always",
                 "psm:resolution=512,warp=always",
                 "asm",
                 "asm_gpu",
+                "silhouette:resolution=64",
+                "fvsm:tile=64,tiles=40",
+                "fvsm:tile=64,tiles=200,filter=pcf",
+                "tiled:tile=256",
+                "qvsm:tile=64,tiles=5",
             ][..],
         ),
-        (point, &["uniform:resolution=256", "uniform:resolution=256,fit=scene"]),
+        (point, &["uniform:resolution=256", "uniform:resolution=256,fit=scene", "silhouette:resolution=256"]),
         (wide, &["uniform:resolution=256", "uniform:resolution=256,fit=scene"]),
     ] {
         view.lights = vec![light];
@@ -325,11 +364,17 @@ fn unserved_lights_are_refused() {
         (&cone, "csm", "directional"),
         (&point, "csm", "directional"),
         (&cone, "lispsm", "directional"),
+        (&cone, "fvsm", "directional"),
+        (&point, "qvsm", "directional"),
+        (&point, "tiled", "directional"),
         (&point, "psm", "directional"),
         (&cone, "asm", "directional"),
         (&point, "asm_gpu", "directional"),
+        (&cone, "temporal", "directional"),
+        (&point, "hybrid", "directional"),
         (&cone, "uniform:fit=frustum", "fit=frustum"),
         (&point, "uniform:fit=frustum", "fit=frustum"),
+        (&cone, "silhouette:fit=frustum", "fit=frustum"),
     ] {
         let (scene, view) = with_light(scenes::sphere_on_plane([16, 16]), light);
         let lab = Bench::new(scene, view);
@@ -346,7 +391,19 @@ fn another_kind_of_light_is_refused_later() {
     let at = DVec3::new(0.0, 4.0, 0.0);
     let (scene, view) = scenes::sphere_on_plane([16, 16]);
     let mut lab = Bench::new(scene, view.clone());
-    for spec in ["uniform:resolution=64", "csm:resolution=64", "lispsm:resolution=64", "asm", "asm_gpu"] {
+    for spec in [
+        "uniform:resolution=64",
+        "csm:resolution=64",
+        "lispsm:resolution=64",
+        "temporal:resolution=64",
+        "hybrid:resolution=64",
+        "silhouette:resolution=64",
+        "fvsm:tiles=4",
+        "qvsm:tiles=4",
+        "tiled:tiles=4",
+        "asm",
+        "asm_gpu",
+    ] {
         let mut method = method(&lab, spec).unwrap();
         method.frame(&lab).unwrap();
         let cone = spot(at, -DVec3::Y, 30.0, 10.0);

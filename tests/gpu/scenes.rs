@@ -201,6 +201,22 @@ pub fn sheet_over_floor(size: [u32; 2]) -> (Scene, View) {
 /// Ends of the sheet's edge.
 pub const SHEET_EDGE: [[f64; 3]; 2] = [[-0.9, 1.5, -10.0], [0.7, 1.5, 10.0]];
 
+/// A floor and a sheet above it that covers half of it: the plane's view from above, and the ends of the border between.
+pub fn half_plane(size: [u32; 2], angle: f64, offset: f64) -> (Scene, View, [DVec3; 2]) {
+    let mut b = Builder::new("half plane");
+    b.add(OPAQUE, &plane(4.0));
+    let inwards = half_plane_inwards(angle);
+    let along = inwards.cross(DVec3::Y);
+    let corner = |u: f64, v: f64| DVec3::Y * 6.0 + inwards * (offset + 12.0 * u) + along * (24.0 * v - 12.0);
+    b.add(OPAQUE, &sheet(3, corner));
+    (b.finish(), view([0.1, 4.0, 1.5], [0.0, 0.0, 0.0], [0.05, -1.0, 0.03], size), [corner(0.0, 0.0), corner(0.0, 1.0)])
+}
+
+/// Where its sheet lies from its border.
+pub fn half_plane_inwards(angle: f64) -> DVec3 {
+    DVec3::new(angle.cos(), 0.0, angle.sin())
+}
+
 /// A plane that rises by `slope` along x + z / 2, and nothing else.
 pub fn slope(size: [u32; 2], slope: f64) -> (Scene, View) {
     let mut b = Builder::new("slope");

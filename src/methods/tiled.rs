@@ -1,0 +1,160 @@
+//! Tiled shadow maps (Arvo 2004; book, 4.4.2): a fixed number of tiles, placed by recursive cuts so that what is important gets the
+//! finer texels. What is important a coarse map from the light decides: jumps of depth, and nearness to the viewer.
+
+use super::comparison::Comparison;
+use super::map::{self, Given, Map, Screen, Shape, Step};
+use super::tree::{Rule, Tree, TreeFrame, TreeMap, TreeShape, layers};
+use super::{FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
+use crate::gpu::structs::{ImportancePush, Slices};
+use crate::gpu::sync::{self, Access};
+use crate::gpu::{Binding, Compute, Timer, spirv};
+use crate::lab::{Lab, LabError};
+use ash::vk;
+use bytemuck::Zeroable;
+
+/// Entries along a side of the table by which tiles are cut, as a power of two.
+const LEVELS: u32 = 7;
+
+const PARAMETERS: [Parameter; 8] = Comparison::keys(&[
+    Parameter { key: "tile", default: "1024", allowed: "64 to 4096", meaning: "side of a tile in texels" },
+    Parameter { key: "tiles", default: "16", allowed: "1, 2, 4, 8, 16, 32 or 64", meaning: "number of tiles" },
+    Parameter {
+        key: "jumps",
+        default: "1",
+        allowed: "0 to 16",
+        meaning: "importance of a jump of depth of a texel's height, against 1 of any texel",
+    },
+]);
+
+pub(super) const INFO: MethodInfo = MethodInfo {
+    name: "tiled",
+    source: "Arvo 2004; Eisemann et al. 2011, 4.4.2",
+    summary: "A fixed number of tiles, cut so that each has the same share of what a coarse map finds important",
+    parameters: &PARAMETERS,
+    check: |spec| settings(spec).map(|_| ()),
+    create: |spec, lab| Ok(Box::new(Tiled::new(spec, lab)?)),
+};
+
+struct Settings {
+    side: u32,
+    tiles: u32,
+    jumps: f32,
+    comparison: Comparison,
+}
+
+fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
+    Ok(Settings {
+        side: spec.u32_in("tile", 1024, 64..=4096)?,
+        tiles: spec.one_of("tiles", "16", &["1", "2", "4", "8", "16", "32", "64"])?.parse().unwrap_or(16),
+        jumps: spec.f32_in("jumps", 1.0, 0.0..=16.0)?,
+        comparison: Comparison::of(spec)?,
+    })
+}
+
+pub(crate) struct Tiled {
+    settings: Settings,
+    screen: Screen,
+    map: [Map; 1],
+    tiles: TreeMap,
+    importance: Compute,
+    cut: Compute,
+}
+
+impl Tiled {
+    pub(crate) fn new(spec: &MethodSpec, lab: &Lab) -> Result<Self, LabError> {
+        super::one_directional(spec, lab)?;
+        let settings = settings(spec)?;
+        let (gpu, screen) = (lab.gpu(), Screen::new(lab)?);
+        let Settings { side, tiles, comparison, .. } = settings;
+        let shape = Shape { side, layers: tiles, tiled: true, blend: 0.0, comparison };
+        let map = Map::new(spec, lab, &screen, &lab.view().lights[0], shape)?;
+        // one word for each entry: its importance
+        let tree = Tree::new(gpu, TreeShape { levels: LEVELS, tiles, rule: Rule::Changed })?;
+        let placed = TreeMap::new(lab, &screen, &map, tree)?;
+        let tree = &placed.tree;
+        let (light, entries) = (map.samples(&screen)[3], Binding::Storage(&tree.requests));
+        let border = (map.shape().border() as f32).to_bits();
+        let seen = [light, Binding::Storage(map.fits()), Binding::Sampled(map.image()), entries];
+        let lists = [&tree.regions, &tree.state, &layers(&map)?.root].map(Binding::Storage);
+        let (importance, cut) = (spirv!("methods/tiled_importance.comp"), spirv!("methods/tiled_cut.comp"));
+        let push = size_of::<ImportancePush>();
+        let constants = [1, 0, LEVELS, border];
+        Ok(Self {
+            importance: Compute::new(gpu, "tiled_importance", importance, &seen, &constants, push)?,
+            cut: Compute::new(gpu, "tiled_cut", cut, &[&[entries], &lists[..]].concat(), &[LEVELS, tiles], 4)?,
+            settings,
+            screen,
+            map: [map],
+            tiles: placed,
+        })
+    }
+
+    /// Cuts that make as many tiles.
+    fn rounds(&self) -> u32 {
+        self.settings.tiles.ilog2()
+    }
+
+    /// A map of everything in the first layer, the tiles that it leads to, and the map of these.
+    fn refine(&self, lab: &Lab, cmd: vk::CommandBuffer, timer: &mut Timer) {
+        use Access::*;
+        let next = || sync::barrier(&lab.gpu().device, cmd, &[(ComputeWrite, ComputeWrite)]);
+        self.tiles.place(cmd, 0);
+        self.map[0].draw(lab, cmd);
+        timer.mark(cmd, "coarse map");
+        let near = 16.0 * lab.view().camera.near as f32;
+        let groups = (1 << LEVELS) / 8;
+        self.importance.dispatch(cmd, &ImportancePush { near, jumps: self.settings.jumps }, [groups, groups, 1]);
+        next();
+        for round in 0..self.rounds() {
+            self.cut.dispatch(cmd, &round, [1 << round, 1, 1]);
+            next();
+        }
+        self.tiles.place(cmd, self.rounds());
+        timer.mark(cmd, "tree");
+        self.map[0].draw(lab, cmd);
+        timer.mark(cmd, "map");
+        self.map[0].look_up(cmd, &self.screen);
+        timer.mark(cmd, "lookup");
+    }
+
+    /// What the last frame left; the importance of entries in place of requests.
+    pub(crate) fn left(&self, lab: &Lab) -> Result<TreeFrame, LabError> {
+        self.tiles.left(lab, &self.map[0], self.rounds())
+    }
+}
+
+impl Method for Tiled {
+    fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError> {
+        map::check_lights(lab, &self.map)?;
+        let light = map_light::constants(&lab.view().lights[0], lab, self.settings.comparison.bias_texels)?;
+        let given = Given { light, fits: None, slices: Slices::zeroed() };
+        let camera = lab.camera_constants()?;
+        let steps = |step, cmd| {
+            if step == Step::Reset {
+                self.tiles.reset(cmd);
+            }
+        };
+        lab.frame(|cmd, timer| {
+            map::record_fits((lab, &camera), (cmd, timer), &self.screen, &self.map, &[given], steps);
+            self.refine(lab, cmd, timer);
+        })
+    }
+
+    fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {
+        super::of_light(&self.map, INFO.name, light)?.visibility(lab)
+    }
+
+    fn masks(&self) -> Option<Masks<'_>> {
+        Some(map::masks(&self.map))
+    }
+
+    fn memory(&self) -> Vec<(&'static str, u64)> {
+        let mut memory = map::memory(&self.screen, &self.map);
+        memory.push(("tree", self.tiles.bytes()));
+        memory
+    }
+
+    fn statistics(&mut self, lab: &Lab) -> Result<Statistics, LabError> {
+        map::statistics(lab, &self.map)
+    }
+}
