@@ -104,7 +104,7 @@ fn ordered(spread: &Value, above_zero: bool) {
 #[test]
 fn usage_errors() {
     let place = Place::new("usage");
-    let cases: [(&str, &[&str]); 51] = [
+    let cases: &[(&str, &[&str])] = &[
         ("", &["command", "allowed"]),
         ("draw", &["'draw'"]),
         ("render", &["--out"]),
@@ -124,11 +124,16 @@ fn usage_errors() {
         ("render --out o --method csm:warp=auto,fit=frustum", &["has a warp", "warp=none with fit=frustum"]),
         ("render --out o --method uniform:bias=second,cull=back", &["bias=second", "cull", "allowed is none"]),
         ("render --out o --method csm:bias=slope,filter=pcf", &["bias=slope", "filter", "filter=hard"]),
+        ("render --out o --method qvsm:tiles=3", &["'tiles'", "at least 4^start, 4"]),
+        ("render --out o --method qvsm:levels=1,start=2", &["'start'", "at most levels, 1"]),
+        ("render --out o --method fvsm:split=round", &["'round'", "rect or square"]),
+        ("render --out o --method tiled:tiles=12", &["'12'", "8 or 16"]),
         ("render --out o --method lispsm:distance=near", &["'near'", "distance", "a number from 0.001"]),
         ("render --out o --method tsm:focus=0.8", &["'0.8'", "focus", "0.79"]),
         ("render --out o --method asm:sampling=3", &["'3'", "sampling", "8 or 16"]),
         ("render --out o --method asm:memory_mib=1", &["16 tiles", "starts with 16", "at most half"]),
         ("render --out o --method asm_gpu:cell=256,start=128", &["start=128", "cell=256", "at least the cell"]),
+        ("render --out o --method silhouette:filter=pcf", &["'filter'", "resolution, fit, bias, depth_bias, cull"]),
         ("render --out o --method raytraced:turned=yes", &["'yes'", "turned", "true or false"]),
         ("compare --out o", &["--methods"]),
         ("compare --out o --methods rmsm,", &["--methods"]),

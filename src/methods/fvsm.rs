@@ -15,7 +15,7 @@ const PARAMETERS: [Parameter; 11] = Comparison::keys(&[
     Parameter { key: "tiles", default: "256", allowed: "1 to 2048", meaning: "most tiles" },
     Parameter {
         key: "levels",
-        default: "6",
+        default: "8",
         allowed: "0 to 8",
         meaning: "splits along an axis: the virtual map has 2^levels tiles a side",
     },
@@ -64,7 +64,7 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
     };
     Ok(Settings {
         side: spec.u32_in("tile", 256, 32..=4096)?,
-        tree: TreeShape { levels: spec.u32_in("levels", 6, 0..=8)?, tiles: spec.u32_in("tiles", 256, 1..=2048)?, rule },
+        tree: TreeShape { levels: spec.u32_in("levels", 8, 0..=8)?, tiles: spec.u32_in("tiles", 256, 1..=2048)?, rule },
         density: spec.f32_in("density", 4.0, 0.0625..=16.0)?,
         drop: spec.f32_in("drop", 0.0, 0.0..=50.0)? / 100.0,
         comparison: Comparison::of(spec)?,

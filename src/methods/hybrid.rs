@@ -3,7 +3,7 @@
 
 use super::changes::Changes;
 use super::comparison::{CULL, DEPTH_BIAS};
-use super::map::Step;
+use super::map::{self, Screen, Step};
 use super::uniform::{FIT, RESOLUTION, SIDE, Uniform};
 use super::{FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Sampling, Statistics, comparison, uniform};
 use crate::Config;

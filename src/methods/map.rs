@@ -328,7 +328,7 @@ impl Map {
         &self.fits
     }
 
-    /// Stored depths; readable by lookups outside of [`Self::draw`].
+    /// Stored depths of all layers; readable by lookups outside of [`Self::draw`].
     pub(super) fn image(&self) -> &Image {
         &self.image
     }

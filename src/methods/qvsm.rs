@@ -14,10 +14,10 @@ use bytemuck::Zeroable;
 
 const PARAMETERS: [Parameter; 10] = Comparison::keys(&[
     Parameter { key: "tile", default: "512", allowed: "32 to 4096", meaning: "side of a tile in texels" },
-    Parameter { key: "tiles", default: "64", allowed: "1 to 2048", meaning: "most tiles of a level" },
+    Parameter { key: "tiles", default: "64", allowed: "1 to 2048, at least 4^start", meaning: "most tiles of a level" },
     Parameter {
         key: "levels",
-        default: "5",
+        default: "7",
         allowed: "0 to 8",
         meaning: "times that tiles may be split: the finest level has 2^levels of them a side",
     },
@@ -53,16 +53,23 @@ struct Settings {
 }
 
 fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
-    let levels = spec.u32_in("levels", 5, 0..=8)?;
+    let levels = spec.u32_in("levels", 7, 0..=8)?;
     let start = spec.u32_in("start", levels.min(1), 0..=8)?;
     if start > levels {
         return Err(LabError::Usage(format!(
             "key 'start' of '{spec}' is {start}, allowed is at most levels, {levels}"
         )));
     }
+    let tiles = spec.u32_in("tiles", 64, 1..=2048)?;
+    let first = 1 << (2 * start);
+    if tiles < first {
+        return Err(LabError::Usage(format!(
+            "key 'tiles' of '{spec}' is {tiles}, allowed is at least 4^start, {first}: the first level has no other to fall back on"
+        )));
+    }
     Ok(Settings {
         side: spec.u32_in("tile", 512, 32..=4096)?,
-        tree: TreeShape { levels, tiles: spec.u32_in("tiles", 64, 1..=2048)?, rule: Rule::Changed },
+        tree: TreeShape { levels, tiles, rule: Rule::Changed },
         threshold: spec.u32_in("threshold", 4, 0..=1_000_000)?,
         start,
         comparison: Comparison::of(spec)?,

@@ -14,9 +14,10 @@ const FORMAT: vk::Format = vk::Format::R16G16_SFLOAT;
 const MIDDLE: [f32; 4] = [0.5, 0.5, 0.0, 0.0];
 const EMPTY: [u8; 3] = [24, 24, 28];
 const POINT: [u8; 3] = [255, 60, 40];
-/// Most texels along a side of the debug picture, and pixels along a side of a texel in it.
+/// Most texels along a side of the debug picture, pixels along its side unless texels would be smaller than the last.
 const SHOWN: u32 = 512;
-const PIXELS: u32 = 4;
+const PICTURE: u32 = 1024;
+const LEAST_TEXEL: u32 = 4;
 
 pub(super) struct SilhouetteMap {
     list: Buffer,
@@ -162,15 +163,17 @@ impl SilhouetteMap {
         let at = |(x, y): (u32, u32)| ((first + y) * side + first + x) as usize;
         let drawn = || texels().map(|t| depths[at(t)]).filter(|d| *d > 0.0);
         let (low, high) = (drawn().fold(f32::INFINITY, f32::min), drawn().fold(0.0, f32::max));
-        let mut picture = Picture::filled(shown * PIXELS, shown * PIXELS, EMPTY);
+        let texel = (PICTURE / shown).max(LEAST_TEXEL);
+        let mut picture = Picture::filled(shown * texel, shown * texel, EMPTY);
         for t in texels().filter(|&t| depths[at(t)] > 0.0) {
             let grey = (64.0 + 160.0 * (depths[at(t)] - low) / (high - low).max(1e-9)) as u8;
-            picture.fill(t.0 * PIXELS, t.1 * PIXELS, PIXELS, PIXELS, [grey; 3]);
+            picture.fill(t.0 * texel, t.1 * texel, texel, texel, [grey; 3]);
         }
+        let dot = texel.div_ceil(5);
         for (t, [u, v]) in texels().filter_map(|t| Some((t, held[at(t)]?))) {
             // the silhouette map's texels begin in the middle of the depth map's
-            let place = |texel: u32, within: f32| ((texel as f32 + 0.5 + within) * PIXELS as f32) as u32;
-            picture.set(place(t.0, u), place(t.1, v), POINT);
+            let place = |t: u32, within: f32| ((t as f32 + 0.5 + within) * texel as f32) as u32 - dot / 2;
+            picture.fill(place(t.0, u), place(t.1, v), dot, dot, POINT);
         }
         Ok(DebugPicture { name: "silhouettes", width: picture.width, height: picture.height, rgb: picture.rgb })
     }

@@ -16,11 +16,11 @@ use bytemuck::Zeroable;
 const LEVELS: u32 = 7;
 
 const PARAMETERS: [Parameter; 8] = Comparison::keys(&[
-    Parameter { key: "tile", default: "1024", allowed: "64 to 4096", meaning: "side of a tile in texels" },
-    Parameter { key: "tiles", default: "16", allowed: "1, 2, 4, 8, 16, 32 or 64", meaning: "number of tiles" },
+    Parameter { key: "tile", default: "512", allowed: "64 to 4096", meaning: "side of a tile in texels" },
+    Parameter { key: "tiles", default: "64", allowed: "1, 2, 4, 8, 16, 32 or 64", meaning: "number of tiles" },
     Parameter {
         key: "jumps",
-        default: "1",
+        default: "0.25",
         allowed: "0 to 16",
         meaning: "importance of a jump of depth of a texel's height, against 1 of any texel",
     },
@@ -44,9 +44,9 @@ struct Settings {
 
 fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
     Ok(Settings {
-        side: spec.u32_in("tile", 1024, 64..=4096)?,
-        tiles: spec.one_of("tiles", "16", &["1", "2", "4", "8", "16", "32", "64"])?.parse().unwrap_or(16),
-        jumps: spec.f32_in("jumps", 1.0, 0.0..=16.0)?,
+        side: spec.u32_in("tile", 512, 64..=4096)?,
+        tiles: spec.one_of("tiles", "64", &["1", "2", "4", "8", "16", "32", "64"])?.parse().unwrap_or(64),
+        jumps: spec.f32_in("jumps", 0.25, 0.0..=16.0)?,
         comparison: Comparison::of(spec)?,
     })
 }

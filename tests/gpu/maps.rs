@@ -403,6 +403,7 @@ fn another_kind_of_light_is_refused_later() {
         "tiled:tiles=4",
         "asm",
         "asm_gpu",
+        "silhouette:resolution=64",
     ] {
         let mut method = method(&lab, spec).unwrap();
         method.frame(&lab).unwrap();

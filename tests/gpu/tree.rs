@@ -272,18 +272,18 @@ fn counters(lab: &Lab, spec: &str) -> impl Fn(&str) -> u64 + use<> {
 fn fvsm_ends_where_its_tiles_have_what_they_ask_for() {
     let (scene, view) = scenes::long_row(SIZE);
     let lab = Bench::new(scene, view);
-    let open = counters(&lab, "fvsm:tile=128,tiles=2048,levels=8");
+    let open = counters(&lab, "fvsm:tile=128,density=1,tiles=2048,levels=8");
     assert_eq!(["refused", "beyond", "outside", "dropped"].map(&open), [0; 4]);
     assert!(open("tiles") > 40);
-    assert!(counters(&lab, "fvsm:tile=128,tiles=2048,levels=2")("beyond") > 0);
-    let full = counters(&lab, "fvsm:tile=128,tiles=24,levels=8");
+    assert!(counters(&lab, "fvsm:tile=128,density=1,tiles=2048,levels=2")("beyond") > 0);
+    let full = counters(&lab, "fvsm:tile=128,density=1,tiles=24,levels=8");
     assert!(full("refused") > 0 && full("tiles") > 20 && full("tiles") <= 24 && full("outside") == 0);
-    let frame = fvsm(&lab, "fvsm:tile=128,tiles=2048,levels=8").unwrap();
+    let frame = fvsm(&lab, "fvsm:tile=128,density=1,tiles=2048,levels=8").unwrap();
     assert!(frame.regions.iter().all(|r| r.splits == 0 && r.unmet == 0));
     assert!(frame.regions.iter().any(|r| r.size[0] != r.size[1]), "tiles are squares");
     // a tenth of the requests may be dropped: what is left above a tile's own levels is no more than that
     let shape = TreeShape { levels: 8, tiles: 2048, rule: Rule::Rectangles };
-    let dropping = fvsm(&lab, "fvsm:tile=128,tiles=2048,levels=8,drop=10").unwrap();
+    let dropping = fvsm(&lab, "fvsm:tile=128,density=1,tiles=2048,levels=8,drop=10").unwrap();
     assert!(dropping.regions.len() < frame.regions.len());
     for region in dropping.regions {
         let measured = measured(&shape, &dropping.requests, 0.0, region);
