@@ -7,6 +7,8 @@
 
 #[path = "gpu/allocate.rs"]
 mod allocate;
+#[path = "gpu/asm.rs"]
+mod asm;
 #[path = "gpu/bench.rs"]
 mod bench;
 #[path = "gpu/border.rs"]

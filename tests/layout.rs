@@ -8,10 +8,11 @@ use spirv::{assert_layout, check_layout, committed, files, path, read};
 use std::collections::BTreeSet;
 use std::mem::offset_of;
 use umbrage::gpu::structs::{
-    AtlasPush, ChoosePush, Counters, Edge, EdgeRun, Face, Fit, Frame, ImportancePush, ItemPush, LightRecord, MapLight,
-    MeshBounds, Node, Page, PreparePush, QvsmPush, Region, RequestPush, RetryPush, RtwPush, SamplingError, ShadeLight,
-    ShadePush, Slices, Slot, TemporalJitter, TemporalPush, TileCounts, Tracked, TreeMeasurePush, TreeRequestPush,
-    TreeState, TrianglePush, WarpMeasure, WarpPush, WarpRecord,
+    AnalyzePush, AsmCounts, AsmGpuCounts, AsmGpuPush, AsmPush, AtlasPush, Cell, ChoosePush, Counters, Edge, EdgeRun,
+    Face, Fit, Frame, ImportancePush, ItemPush, LightRecord, MapLight, MeshBounds, Node, Page, PreparePush, QvsmPush,
+    Region, RequestPush, RetryPush, RtwPush, SamplingError, ShadeLight, ShadePush, Slices, Slot, StalePush,
+    TemporalJitter, TemporalPush, TileCounts, TilePage, Tracked, TreeMeasurePush, TreeRequestPush, TreeState,
+    TrianglePush, VirtualMap, WarpMeasure, WarpPush, WarpRecord,
 };
 use umbrage::scene::{Cluster, Instance, Material};
 
@@ -128,6 +129,27 @@ fn map_structs_are_those_of_the_shaders() {
 }
 
 #[test]
+fn quadtree_structs_are_those_of_the_shaders() {
+    let all = committed("methods/");
+    let map = fields!(VirtualMap, eye_page eye_inside page square rule frame reset);
+    assert_layout::<VirtualMap>(&all, "VirtualMap", map);
+    assert_layout::<Cell>(&all, "Cell", fields!(Cell, child tile));
+    assert_layout::<TilePage>(&all, "TilePage", fields!(TilePage, depth x y parent used value seen benefit texels));
+    let counts = fields!(AsmCounts, resident made evicted displaced waiting stale);
+    assert_layout::<AsmCounts>(&all, "AsmCounts", counts);
+    let counts = fields!(AsmGpuCounts, resident iterations requested outstanding cells asking);
+    assert_layout::<AsmGpuCounts>(&all, "AsmGpuCounts", counts);
+    // `KNOWN_BYTES` in src/methods/asm.rs
+    assert_eq!(check_layout(&all, "Known", 112, &[("instance", 0), ("center", 80), ("extent", 96)]), Ok(()));
+    let push = |shader: &str| committed(&format!("methods/{shader}.comp"));
+    assert_layout::<AnalyzePush>(&push("asm_analyze"), "Push", fields!(AnalyzePush, step offset));
+    assert_layout::<AsmPush>(&push("asm_choose"), "Push", fields!(AsmPush, most threshold overhead));
+    assert_layout::<StalePush>(&push("asm_stale"), "Push", fields!(StalePush, instance_count tiles reset));
+    let push = push("asm_gpu_allocate");
+    assert_layout::<AsmGpuPush>(&push, "Push", fields!(AsmGpuPush, first last groups argument));
+}
+
+#[test]
 fn tree_structs_are_those_of_the_shaders() {
     let all = committed("methods/");
     let region = fields!(Region, low size samples splits priority unmet changed);
@@ -188,6 +210,9 @@ fn no_struct_is_forgotten() {
         "Warp",
         "TileItem",
         "TilePair",
+        "Cell",
+        "TilePage",
+        "Known",
         "Region",
     ];
     let structs = committed("").into_iter().flat_map(|s| read(&s.words).structs).filter(|s| s.stride.is_some());

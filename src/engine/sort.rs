@@ -127,10 +127,14 @@ impl Sort {
 
     /// Sorts; the caller has ordered the writes of keys, values and counters before compute reads.
     pub(crate) fn record(&self, cmd: vk::CommandBuffer, b: &Buffers) {
+        self.record_digits(cmd, &b.arguments, arguments::SORT, DIGITS);
+    }
+
+    /// The same by an even number of `digits` of 4 bits, with three words of a buffer of arguments from `argument` on.
+    pub(crate) fn record_digits(&self, cmd: vk::CommandBuffer, buffer: &Buffer, argument: u32, digits: u32) {
         use Access::*;
-        let push = PreparePush { capacity: self.capacity, argument: arguments::SORT };
-        self.prepare.dispatch(cmd, &push, [1, 1, 1]);
+        self.prepare.dispatch(cmd, &PreparePush { capacity: self.capacity, argument }, [1, 1, 1]);
         sync::barrier(&self.device, cmd, &[(ComputeWrite, ComputeWrite), (ComputeWrite, IndirectRead)]);
-        self.passes.record(cmd, DIGITS, &b.arguments, 4 * u64::from(arguments::SORT), None);
+        self.passes.record(cmd, digits, buffer, 4 * u64::from(argument), None);
     }
 }

@@ -394,6 +394,111 @@ pub struct WarpPush {
     pub always: u32,
 }
 
+/// Where a quadtree of pages lies in a frame; see `glsl/methods/quadtree.glsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct VirtualMap {
+    pub eye_page: [i32; 2],
+    pub eye_inside: [f32; 2],
+    pub page: f32,
+    pub square: f32,
+    pub rule: u32,
+    pub frame: u32,
+    pub reset: u32,
+}
+
+/// A node of such a tree.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct Cell {
+    pub child: [u32; 4],
+    pub tile: u32,
+}
+
+/// What a tile of such a tree holds.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct TilePage {
+    pub depth: u32,
+    pub x: u32,
+    pub y: u32,
+    pub parent: u32,
+    pub used: u32,
+    pub value: u32,
+    pub seen: u32,
+    pub benefit: [u32; 4],
+    pub texels: [u32; 4],
+}
+
+/// What a frame of an adaptive shadow map did; see `glsl/methods/asm_counts.glsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct AsmCounts {
+    pub resident: u32,
+    pub made: u32,
+    pub evicted: u32,
+    pub displaced: u32,
+    pub waiting: u32,
+    pub stale: u32,
+}
+
+/// What a frame of an adaptive shadow map of many iterations did; see `glsl/methods/asm_gpu_counts.glsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct AsmGpuCounts {
+    pub resident: u32,
+    pub iterations: u32,
+    pub requested: u32,
+    pub outstanding: u32,
+    pub cells: u32,
+    pub asking: u32,
+}
+
+/// Push constants of `methods/asm_gpu_allocate.comp`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct AsmGpuPush {
+    pub first: u32,
+    pub last: u32,
+    pub groups: [u32; 2],
+    pub argument: u32,
+}
+
+/// Push constants of `methods/asm_analyze.comp`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct AnalyzePush {
+    pub step: [u32; 2],
+    pub offset: [u32; 2],
+}
+
+/// Push constants of `methods/asm_choose.comp`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct AsmPush {
+    pub most: u32,
+    pub threshold: u32,
+    pub overhead: f32,
+}
+
+/// Push constants of `methods/asm_stale.comp`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct StalePush {
+    pub instance_count: u32,
+    pub tiles: u32,
+    pub reset: u32,
+}
+
 /// An edge of a mesh; see `glsl/methods/silhouette.glsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]

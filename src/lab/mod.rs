@@ -8,6 +8,8 @@ mod shapes;
 #[doc(hidden)]
 pub mod stages;
 #[doc(hidden)]
+pub mod stages_asm;
+#[doc(hidden)]
 pub mod stages_exact;
 #[doc(hidden)]
 pub mod stages_rtw;

@@ -1,5 +1,7 @@
 //! The methods of the literature behind one trait, on the same scene, camera, timers and reference.
 
+mod asm;
+mod asm_gpu;
 mod changes;
 mod comparison;
 mod csm;
@@ -15,6 +17,7 @@ mod map_light;
 mod map_sampling;
 mod polygon_ids;
 mod psm;
+mod quadtree;
 pub(crate) mod qvsm;
 mod raytraced;
 mod rmsm;
@@ -217,6 +220,8 @@ pub static METHODS: &[MethodInfo] = &[
     lispsm::INFO,
     tsm::INFO,
     psm::INFO,
+    asm::INFO,
+    asm_gpu::INFO,
     fvsm::INFO,
     qvsm::INFO,
     tiled::INFO,

@@ -289,6 +289,8 @@ fn every_sample_lies_in_the_map_of_its_layer() {
                 "lispsm:resolution=512,warp=always",
                 "tsm:resolution=512,warp=always",
                 "psm:resolution=512,warp=always",
+                "asm",
+                "asm_gpu",
                 "silhouette:resolution=64",
                 "fvsm:tile=64,tiles=40",
                 "fvsm:tile=64,tiles=200,filter=pcf",
@@ -368,6 +370,8 @@ fn unserved_lights_are_refused() {
         (&point, "qvsm", "directional"),
         (&point, "tiled", "directional"),
         (&point, "psm", "directional"),
+        (&cone, "asm", "directional"),
+        (&point, "asm_gpu", "directional"),
         (&cone, "temporal", "directional"),
         (&point, "hybrid", "directional"),
         (&cone, "rtw", "directional"),
@@ -401,6 +405,8 @@ fn another_kind_of_light_is_refused_later() {
         "qvsm:tiles=4",
         "tiled:tiles=4",
         "rtw:resolution=64",
+        "asm",
+        "asm_gpu",
     ] {
         let mut method = method(&lab, spec).unwrap();
         method.frame(&lab).unwrap();
