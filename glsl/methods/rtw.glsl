@@ -1,7 +1,7 @@
 // A rectilinear warp (Rosen 2012, sec. 3): two maps of one dimension, one for each axis of a map, each a polyline over CELLS cells
 // of equal width. The includer defines CELLS_CONSTANT and WARP_BINDING.
 layout(constant_id = CELLS_CONSTANT) const uint CELLS = 512u;
-layout(std430, binding = WARP_BINDING) readonly buffer Warp { float warp[]; };  // where cells begin and the last ends: CELLS + 1 along u, then along v
+layout(std430, binding = WARP_BINDING) readonly buffer RectilinearWarp { float warp[]; };  // where cells begin and the last ends: CELLS + 1 along u, then along v
 
 // Where the map has a coordinate of the fit; beyond [0, 1], as without a warp.
 float warped(uint axis, float at) {

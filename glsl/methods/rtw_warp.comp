@@ -9,7 +9,7 @@ layout(constant_id = 0) const uint CELLS = 512u;
 layout(constant_id = 1) const uint SIDE = 2048u;
 layout(constant_id = 2) const float SIGMA = 3.0;  // of the blur, in cells
 layout(std430, binding = 0) readonly buffer Collapsed { uint collapsed[]; };
-layout(std430, binding = 1) writeonly buffer Warp { float warp[]; };
+layout(std430, binding = 1) writeonly buffer RectilinearWarp { float warp[]; };
 layout(std430, binding = 2) writeonly buffer Centres { vec2 centres[]; };  // as in rtw_centres.glsl
 
 const uint GROUP = 256u;
