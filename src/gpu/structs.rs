@@ -345,12 +345,14 @@ pub struct SamplingError {
     pub perspective_s: f32,
     /// The perspective part of `t`.
     pub perspective_t: f32,
-    /// Part of the map that serves: its layer, or the place of its page; [`NO_PART`] where nothing looks up.
+    /// Part of the map that serves: its layer, or the place of its page; [`Self::NO_PART`] where nothing looks up.
     pub part: u32,
 }
 
-/// [`SamplingError::part`] of a pixel that looks nothing up.
-pub const NO_PART: u32 = u32::MAX;
+impl SamplingError {
+    /// [`Self::part`] of a pixel that looks nothing up.
+    pub const NO_PART: u32 = u32::MAX;
+}
 
 /// A warp of a map; see `glsl/methods/warp.glsl`.
 #[repr(C)]

@@ -4,6 +4,7 @@ use super::stages::{read, write};
 use super::{Lab, LabError};
 use crate::gpu::structs::{AsmCounts, AsmPush, Cell, Fit, TilePage, VirtualMap};
 use crate::gpu::{Binding, Buffer, Compute, Memory, spirv};
+use crate::methods::quadtree;
 use ash::vk;
 use bytemuck::Zeroable;
 
@@ -54,7 +55,7 @@ pub fn choose(
         Binding::Storage(&drawn),
         Binding::Storage(&counts),
     ];
-    let constants = [tiles, 0, 0, 0, 0, 0, 0, depths[0], depths[1], 128, 1];
+    let constants = quadtree::constants(&[tiles], [depths[0], depths[1], 128, 1]);
     let words = spirv!("methods/asm_choose.comp");
     let pass = Compute::new(gpu, "asm_choose", words, &bindings, &constants, size_of::<AsmPush>())?;
     lab.submit(|cmd| pass.dispatch(cmd, &push, [1, 1, 1]))?;

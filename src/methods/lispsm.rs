@@ -28,9 +28,7 @@ pub(super) const INFO: MethodInfo = MethodInfo {
 };
 
 fn parse(spec: &MethodSpec) -> Result<Settings, LabError> {
-    let rule = match spec.value("distance") {
-        None | Some("auto") => Rule::Even,
-        Some(_) => Rule::Distance(spec.f32_in("distance", 1.0, 1e-3..=1e6)?),
-    };
+    let rule =
+        if spec.is_auto("distance") { Rule::Even } else { Rule::Distance(spec.f32_in("distance", 1.0, 1e-3..=1e6)?) };
     settings(spec, rule)
 }

@@ -17,7 +17,7 @@ mod map_light;
 mod map_sampling;
 mod polygon_ids;
 mod psm;
-mod quadtree;
+pub(crate) mod quadtree;
 pub(crate) mod qvsm;
 mod raytraced;
 mod rmsm;
@@ -220,6 +220,7 @@ pub static METHODS: &[MethodInfo] = &[
     lispsm::INFO,
     tsm::INFO,
     psm::INFO,
+    rtw::INFO,
     asm::INFO,
     asm_gpu::INFO,
     fvsm::INFO,
@@ -227,9 +228,8 @@ pub static METHODS: &[MethodInfo] = &[
     tiled::INFO,
     izb::INFO,
     silhouette::INFO,
-    temporal::INFO,
     hybrid::INFO,
-    rtw::INFO,
+    temporal::INFO,
     raytraced::INFO,
 ];
 

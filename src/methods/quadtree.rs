@@ -93,14 +93,20 @@ impl Settings {
     pub(super) fn sparse_cells(&self) -> u32 {
         (1 << (2 * self.root_depth)) + self.tiles * (self.finest - self.root_depth)
     }
+
+    /// What [`constants`] takes of them. `border`: of a tile, in texels.
+    fn tree(&self, border: u32) -> [u32; 4] {
+        [self.root_depth, self.finest, self.side, border]
+    }
 }
 
-/// Words of the constants of `glsl/methods/quadtree.glsl`, which come after `own`, up to seven, and those of a pixel's samples.
-fn constants(settings: &Settings, border: u32, own: &[u32]) -> [u32; 15] {
+/// Words of constants: `own`, up to seven, then those of a pixel's samples and those of `glsl/methods/quadtree.glsl`. `tree`: depth of the
+/// root pages and the greatest depth, side and border of a tile in texels.
+pub(crate) fn constants(own: &[u32], tree: [u32; 4]) -> [u32; 15] {
     let mut words = [0; 15];
     words[..own.len()].copy_from_slice(own);
     words[9] = 1;
-    words[11..].copy_from_slice(&[settings.root_depth, settings.finest, settings.side, border]);
+    words[11..].copy_from_slice(&tree);
     words
 }
 
@@ -155,7 +161,7 @@ impl Quadtree {
                 "asm_begin",
                 spirv!("methods/asm_begin.comp"),
                 &begin,
-                &constants(&settings, border, &[tiles]),
+                &constants(&[tiles], settings.tree(border)),
                 0,
             )?,
             find: Compute::new(
@@ -163,7 +169,7 @@ impl Quadtree {
                 "asm_find",
                 spirv!("methods/asm_find.comp"),
                 &find,
-                &constants(&settings, border, &[1, 0]),
+                &constants(&[1, 0], settings.tree(border)),
                 0,
             )?,
             settings,
@@ -179,7 +185,7 @@ impl Quadtree {
 
     /// Constants of a pass of the method's own.
     pub(super) fn constants(&self, own: &[u32]) -> [u32; 15] {
-        constants(&self.settings, self.map[0].shape().border(), own)
+        constants(own, self.settings.tree(self.map[0].shape().border()))
     }
 
     pub(super) fn tile_count(&self) -> u32 {

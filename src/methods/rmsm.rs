@@ -153,7 +153,7 @@ pub(super) fn config(spec: &MethodSpec, size: [u32; 2]) -> Result<Config, LabErr
     config.page_texels = spec.one_of("page", "128", &["64", "128", "256", "512"])?.parse().unwrap_or(128);
     config.filter = comparison::filter(spec)?;
     config.level_blend = spec.one_of("blend", "false", &["true", "false"])? == "true";
-    config.gutter = if is_auto(spec, "gutter") { config.filter.reach() } else { spec.u32_in("gutter", 2, 1..=8)? };
+    config.gutter = if spec.is_auto("gutter") { config.filter.reach() } else { spec.u32_in("gutter", 2, 1..=8)? };
     config.exact = spec.one_of("exact", "false", &["true", "false"])? == "true";
     config.ray_query = spec.one_of("rays", "auto", &["auto", "query", "tree"])? != "tree";
     config.samples = spec.one_of("samples", "1", &["1", "4", "8", "16"])?.parse().unwrap_or(1);
@@ -170,7 +170,7 @@ pub(super) fn config(spec: &MethodSpec, size: [u32; 2]) -> Result<Config, LabErr
     config.spare_percent = spec.u32_in("spare", config.spare_percent, 0..=50)?;
     config.pages_per_frame = spec.u32_in("pages", config.pages_per_frame, 16..=4096)?;
     config.sun_pages_per_frame = spec.u32_in("sun_pages", config.sun_pages_per_frame, 16..=4096)?;
-    if !is_auto(spec, "pairs") {
+    if !spec.is_auto("pairs") {
         config.pair_capacity = spec.u32_in("pairs", config.pair_capacity, 1024..=1 << 21)?;
     }
     config.cache = spec.one_of("cache", "on", &["on", "off"])? == "on";
@@ -182,11 +182,6 @@ pub(super) fn config(spec: &MethodSpec, size: [u32; 2]) -> Result<Config, LabErr
 
 /// Lights up to which the mask holds floats.
 const FLOAT_MASKS: usize = 4;
-
-/// Whether a key that may be `auto` is.
-fn is_auto(spec: &MethodSpec, key: &str) -> bool {
-    spec.value(key).is_none_or(|value| value == "auto")
-}
 
 pub(super) struct Rmsm {
     engine: Engine,
@@ -200,7 +195,7 @@ impl Rmsm {
         if lab.device_is_cpu() {
             config.cull_group = 16;
             // a CPU traces them in software, and takes twice as long as with the tree
-            config.ray_query &= !is_auto(spec, "rays");
+            config.ray_query &= !spec.is_auto("rays");
         }
         if spec.value("rays") == Some("query") && !lab.has_ray_queries() {
             let device = lab.device_name();
@@ -208,7 +203,7 @@ impl Rmsm {
                 "'{spec}' needs ray queries, which device '{device}' does not have"
             )));
         }
-        if is_auto(spec, "pairs") {
+        if spec.is_auto("pairs") {
             config.pair_capacity = config.pair_capacity.max(Config::least_pairs(lab.scene_buffers().caster_count));
         }
         let lights = &lab.view().lights;

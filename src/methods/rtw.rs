@@ -50,9 +50,9 @@ const PARAMETERS: [Parameter; 16] = Comparison::keys(&[
     },
     Parameter {
         key: "edge",
-        default: "0.01 with analysis=hybrid, else 1",
-        allowed: "0 to 1",
-        meaning: "importance left to cells without shadow edges; 1: no difference is made, the only value with analysis=backward",
+        default: "auto",
+        allowed: "auto or 0 to 1",
+        meaning: "importance left to cells without shadow edges; 1: no difference is made, the only value with analysis=backward; auto: 0.01 with analysis=hybrid, else 1",
     },
     Parameter {
         key: "importance",
@@ -129,7 +129,11 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
         _ => Analysis::Backward,
     };
     let flag = |key| Ok::<_, LabError>(spec.one_of(key, "true", &["true", "false"])? == "true");
-    let edge = if analysis == Analysis::Hybrid { 0.01 } else { 1.0 };
+    let edge = match analysis {
+        _ if !spec.is_auto("edge") => spec.f32_in("edge", 1.0, 0.0..=1.0)?,
+        Analysis::Hybrid => 0.01,
+        _ => 1.0,
+    };
     let settings = Settings {
         resolution: spec.u32_in("resolution", 4096, 64..=16384)?,
         cover: Cover::of(spec, "samples")?,
@@ -137,7 +141,7 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
         view: flag("view")?,
         distance: flag("distance")?,
         normal: spec.f32_in("normal", 2.0, 0.0..=16.0)?,
-        edge: spec.f32_in("edge", edge, 0.0..=1.0)?,
+        edge,
         cells: spec.u32_in("importance", 512, 64..=1024)?,
         blur: spec.f32_in("blur", 3.0, 0.0..=32.0)?,
         stride: spec.u32_in("stride", 1, 1..=8)?,

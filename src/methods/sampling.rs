@@ -3,7 +3,6 @@
 
 use super::DebugPicture;
 use crate::Error;
-use crate::gpu::structs;
 use crate::gpu::structs::{Fit, Frame, MapLight, SamplingError};
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Buffer, Compute};
@@ -48,7 +47,7 @@ pub struct SamplingInputs {
 impl Sampling {
     /// The pixels that look the map up.
     pub fn samples(&self) -> impl Iterator<Item = &SamplingError> {
-        self.errors.iter().filter(|e| e.part != structs::NO_PART)
+        self.errors.iter().filter(|e| e.part != SamplingError::NO_PART)
     }
 
     /// Share of the samples with a texel's side longer than a pixel, in percent; 0 without samples.
@@ -84,8 +83,11 @@ impl Sampling {
             ("sampling_t_projection", |e| e.t / e.perspective_t),
         ];
         let picture = |(name, value): (&'static str, Value)| {
-            let values: Vec<f32> =
-                self.errors.iter().map(|e| if e.part == structs::NO_PART { f32::NAN } else { value(e) }).collect();
+            let values: Vec<f32> = self
+                .errors
+                .iter()
+                .map(|e| if e.part == SamplingError::NO_PART { f32::NAN } else { value(e) })
+                .collect();
             let Picture { width, height, rgb } = factors(self.size[0], self.size[1], &values)?;
             Ok(DebugPicture { name, width, height, rgb })
         };

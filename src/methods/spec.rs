@@ -97,6 +97,11 @@ impl MethodSpec {
         self.parameters.iter().find(|(k, _)| k == key).map(|(_, v)| v.as_str())
     }
 
+    /// Whether a key that may be `auto` is.
+    pub(crate) fn is_auto(&self, key: &str) -> bool {
+        self.value(key).is_none_or(|value| value == "auto")
+    }
+
     /// Refuses keys that are not in `parameters`.
     pub(crate) fn known(&self, parameters: &[Parameter]) -> Result<(), LabError> {
         for (key, _) in &self.parameters {

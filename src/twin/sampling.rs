@@ -2,7 +2,7 @@
 //! receiver's plane beside the pixel's centre are looked up, and the change of place is inverted.
 
 use super::receiver::{decode_normal, xyz};
-use crate::gpu::structs::{Fit, NO_PART};
+use crate::gpu::structs::{Fit, SamplingError};
 use crate::methods::SamplingInputs;
 use glam::{DMat2, DVec2, DVec3};
 
@@ -70,7 +70,7 @@ pub fn sides(inputs: &SamplingInputs, pixel: [u32; 2], depth: f32, normal: u32) 
     let at = place(&inputs.fits[layer], f64::from(inputs.side), inputs.position, space(face, point));
     let inside = at.is_some_and(|at| at.min_element() >= 0.0 && at.max_element() < f64::from(inputs.side));
     if reached <= 0.0 || !inside {
-        return Some(Sides { sides: [0.0; 4], part: NO_PART, margin, grazing: 1.0 });
+        return Some(Sides { sides: [0.0; 4], part: SamplingError::NO_PART, margin, grazing: 1.0 });
     }
     let of_plane = |n: DVec3| {
         let look = |offset: DVec2| {

@@ -4,7 +4,7 @@ use crate::bench::Bench;
 use crate::scenes;
 use glam::{DVec2, DVec3};
 use umbrage::Light;
-use umbrage::gpu::structs::NO_PART;
+use umbrage::gpu::structs::SamplingError;
 use umbrage::lab::stages::prepass;
 use umbrage::lab::{Lab, View};
 use umbrage::methods::{MethodSpec, Sampling, create};
@@ -32,7 +32,7 @@ fn is_the_twins(lab: &Lab, spec: &str) -> Result<(), String> {
         let pixel = [i as u32 % got.size[0], i as u32 / got.size[0]];
         let depth = if depth[i] > 0.0 { linear_depth(&inputs.frame, depth[i]) } else { 0.0 };
         let Some(want) = sides(inputs, pixel, depth, normal[i]) else {
-            if error.part != NO_PART {
+            if error.part != SamplingError::NO_PART {
                 return Err(format!("{spec}, {pixel:?}: {error:?} where nothing is"));
             }
             continue;
@@ -43,7 +43,7 @@ fn is_the_twins(lab: &Lab, spec: &str) -> Result<(), String> {
         if error.part != want.part {
             return Err(format!("{spec}, {pixel:?}: {error:?}, the twin's is {want:?}"));
         }
-        if want.part == NO_PART {
+        if want.part == SamplingError::NO_PART {
             continue;
         }
         compared += 1;
@@ -126,7 +126,7 @@ fn flat_ground_has_the_sides_of_the_closed_form() {
         assert!(edges.iter().all(|e| e.dot(light).abs() < 1e-6 && e.length() > 0.3 * 8.0 / 512.0), "{edges:?}");
         let near = |value: f64, want: f64| (value - want).abs() < 2e-3 * want;
         let samples = |s: &Sampling| {
-            let some = s.errors.iter().enumerate().filter(|(_, e)| e.part != NO_PART);
+            let some = s.errors.iter().enumerate().filter(|(_, e)| e.part != SamplingError::NO_PART);
             some.map(|(i, e)| (i, [e.s, e.t, e.perspective_s, e.perspective_t].map(f64::from))).collect::<Vec<_>>()
         };
         let all = samples(&got);

@@ -253,9 +253,9 @@ fn picks(lab: &Lab, frame: &TreeFrame, levels: u32) {
         }
         let region = frame.regions[tile as usize];
         let uv = in_root(frame, DVec3::from(gbuffer.position[i].map(f64::from)), true);
-        for axis in 0..2 {
-            let at = uv[axis] * f64::from(1u32 << levels) - f64::from(region.low[axis]);
-            assert!(at > -1e-3 && at < f64::from(region.size[axis]) + 1e-3, "pixel {i}: {at} of {region:?}");
+        for ((uv, low), size) in uv.into_iter().zip(region.low).zip(region.size) {
+            let at = uv * f64::from(1u32 << levels) - f64::from(low);
+            assert!(at > -1e-3 && at < f64::from(size) + 1e-3, "pixel {i}: {at} of {region:?}");
         }
     }
 }
