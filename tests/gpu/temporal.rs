@@ -4,11 +4,11 @@ use crate::bench::Bench;
 use crate::comparators::{mixed, same_image};
 use crate::scenes;
 use glam::{DVec2, DVec3, DVec4, Vec3};
-use umbrage::Light;
 use umbrage::lab::{Lab, View};
 use umbrage::methods::{Method, MethodSpec, SamplingInputs, create};
 use umbrage::scene::{Changes, Scene};
 use umbrage::truth::{GBuffer, compare};
+use umbrage::{Camera, Light};
 
 const SIZE: [u32; 2] = [320, 180];
 
@@ -171,6 +171,40 @@ fn a_moved_camera_finds_its_history_where_the_twin_does() {
     // without the move the twin explains far less
     let unmoved = explained(&seen, &new, |i| Some([before[i][0], before[i][0]]));
     assert!(unmoved[1] > 10 * bad.max(1), "{unmoved:?}");
+}
+
+/// What was hidden by a surface that faces the same way takes nothing of that one's history: ground in the shadow of a sheet, where the
+/// lit sheet was seen before.
+#[test]
+fn what_comes_into_view_has_no_history() {
+    let (scene, view) = scenes::awning(SIZE);
+    let mut lab = Bench::new(scene, view.clone());
+    let mut method = method(&lab, "temporal:resolution=1024");
+    let before = (0..8).map(|_| next(&lab, method.as_mut())).last().unwrap();
+    let (old, project) = (lab.gbuffer().unwrap(), inputs(&lab, method.as_mut()).frame.clip_from_eye);
+    let shift = DVec3::new(0.0, -2.5, 2.0);
+    lab.look(View { camera: Camera { eye: view.camera.eye + shift, ..view.camera.clone() }, ..view }).unwrap();
+    let seen = next(&lab, method.as_mut());
+    let (new, reference) = (lab.gbuffer().unwrap(), lab.reference(0, &|_| {}).unwrap());
+    let [width, height] = SIZE.map(f64::from);
+    let (mut uncovered, mut wrong) = (0, 0);
+    for i in (0..seen.len()).filter(|&i| reference.decided[i] && reference.visibility[i] == 0) {
+        let at = (Vec3::from(new.position[i]).as_dvec3() + shift).extend(1.0);
+        let column = |c: usize| (0..4).map(|r| f64::from(project[r][c]) * at[r]).sum::<f64>();
+        let place = (0.5 + 0.5 * DVec2::new(column(0), column(1)) / column(3)) * DVec2::new(width, height);
+        if place.min_element() < 0.0 || place.x >= width || place.y >= height {
+            continue;
+        }
+        let j = place.y as usize * SIZE[0] as usize + place.x as usize;
+        let normals = [new.normal[i], old.normal[j]].map(|n| Vec3::from(n).as_dvec3());
+        let off = (Vec3::from(old.position[j]).as_dvec3() - at.truncate()).dot(normals[0]);
+        if old.hit[j] && normals[0].dot(normals[1]) > 0.99 && off.abs() > 0.1 && before[j] > 0.9 {
+            uncovered += 1;
+            wrong += usize::from(seen[i] > 0.1);
+        }
+    }
+    println!("{wrong} of {uncovered} pixels have the history of what hid them");
+    assert!(uncovered > 100 && wrong * 50 < uncovered);
 }
 
 /// Moves the instance of a scene's last mesh.
