@@ -5,9 +5,7 @@ use super::comparison::Comparison;
 use super::map::{self, Given, Map, Screen, Shape, Step};
 use super::map_fit::{across, frustum_in_box, slice_sphere, snapped};
 use super::warp_passes::{self, Passes, Rule};
-use super::{
-    FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Sampling, Statistics, map_light, map_sampling,
-};
+use super::{FrameTimes, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
 use crate::engine::constants::light_axes;
 use crate::gpu::structs::{Fit, Slices};
 use crate::gpu::sync::{self, Access};
@@ -239,19 +237,7 @@ impl Method for Csm {
         lab.frame(|cmd, timer| map::record((lab, &camera), (cmd, timer), &self.screen, &self.map, &[given], steps))
     }
 
-    fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {
-        super::of_light(&self.map, INFO.name, light)?.visibility(lab)
-    }
-
-    fn sampling(&mut self, lab: &Lab, light: usize) -> Result<Option<Sampling>, LabError> {
-        super::of_light(&self.map, INFO.name, light)
-            .and_then(|map| map_sampling::sampling(lab, &self.screen, map))
-            .map(Some)
-    }
-
-    fn masks(&self) -> Option<Masks<'_>> {
-        Some(map::masks(&self.map))
-    }
+    of_maps!(self, INFO.name, &self.screen, &self.map);
 
     fn memory(&self) -> Vec<(&'static str, u64)> {
         map::memory(&self.screen, &self.map)

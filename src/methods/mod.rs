@@ -1,5 +1,23 @@
 //! The methods of the literature behind one trait, on the same scene, camera, timers and reference.
 
+/// The part of [`Method`] that is the same for all methods whose maps hold what the last frame saw.
+macro_rules! of_maps {
+    ($self:ident, $name:expr, $screen:expr, $maps:expr) => {
+        fn visibility(&mut $self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {
+            $crate::methods::of_light($maps, $name, light)?.visibility(lab)
+        }
+
+        fn sampling(&mut $self, lab: &Lab, light: usize) -> Result<Option<$crate::methods::Sampling>, LabError> {
+            let map = $crate::methods::of_light($maps, $name, light)?;
+            $crate::methods::map_sampling::sampling(lab, $screen, map).map(Some)
+        }
+
+        fn masks(&$self) -> Option<$crate::methods::Masks<'_>> {
+            Some($crate::methods::map::masks($maps))
+        }
+    };
+}
+
 mod asm;
 mod asm_gpu;
 mod changes;

@@ -4,7 +4,7 @@
 use super::comparison::Comparison;
 use super::map::{self, Given, Map, Screen, Shape, Step};
 use super::tree::{Rule, Tree, TreeFrame, TreeMap, TreeShape, layers};
-use super::{FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
+use super::{FrameTimes, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
 use crate::gpu::structs::{ImportancePush, Slices};
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Compute, Timer, spirv};
@@ -140,13 +140,7 @@ impl Method for Tiled {
         })
     }
 
-    fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {
-        super::of_light(&self.map, INFO.name, light)?.visibility(lab)
-    }
-
-    fn masks(&self) -> Option<Masks<'_>> {
-        Some(map::masks(&self.map))
-    }
+    of_maps!(self, INFO.name, &self.screen, &self.map);
 
     fn memory(&self) -> Vec<(&'static str, u64)> {
         let mut memory = map::memory(&self.screen, &self.map);

@@ -5,10 +5,7 @@
 use super::comparison::Comparison;
 use super::map::{self, Given, Map, Screen, Shape};
 use super::map_cover::Cover;
-use super::{
-    DebugPicture, FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Sampling, Statistics, map_light,
-    map_sampling,
-};
+use super::{DebugPicture, FrameTimes, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
 use crate::Light;
 use crate::gpu::structs::Slices;
 use crate::lab::{Lab, LabError};
@@ -113,19 +110,7 @@ impl Method for Uniform {
         })
     }
 
-    fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {
-        super::of_light(&self.maps, &self.name, light)?.visibility(lab)
-    }
-
-    fn sampling(&mut self, lab: &Lab, light: usize) -> Result<Option<Sampling>, LabError> {
-        super::of_light(&self.maps, &self.name, light)
-            .and_then(|map| map_sampling::sampling(lab, &self.screen, map))
-            .map(Some)
-    }
-
-    fn masks(&self) -> Option<Masks<'_>> {
-        Some(map::masks(&self.maps))
-    }
+    of_maps!(self, &self.name, &self.screen, &self.maps);
 
     fn memory(&self) -> Vec<(&'static str, u64)> {
         map::memory(&self.screen, &self.maps)

@@ -183,7 +183,7 @@ fn what_comes_into_view_has_no_history() {
     let before = (0..8).map(|_| next(&lab, method.as_mut())).last().unwrap();
     let (old, project) = (lab.gbuffer().unwrap(), inputs(&lab, method.as_mut()).frame.clip_from_eye);
     let shift = DVec3::new(0.0, -2.5, 2.0);
-    lab.look(View { camera: Camera { eye: view.camera.eye + shift, ..view.camera.clone() }, ..view }).unwrap();
+    lab.look(View { camera: Camera { eye: view.camera.eye + shift, ..view.camera }, ..view }).unwrap();
     let seen = next(&lab, method.as_mut());
     let (new, reference) = (lab.gbuffer().unwrap(), lab.reference(0, &|_| {}).unwrap());
     let [width, height] = SIZE.map(f64::from);
