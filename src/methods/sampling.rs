@@ -109,5 +109,6 @@ pub(super) fn measure<P: Pod>(
         sync::barrier(&lab.gpu().device, cmd, &[(Access::ComputeWrite, Access::ComputeRead)]);
         pass.dispatch(cmd, push, [width.div_ceil(8), height.div_ceil(8), 1]);
     })?;
-    Ok(bytemuck::pod_collect_to_vec(&lab.read_buffer(&target)?))
+    // what is allocated may be longer
+    Ok(bytemuck::pod_collect_to_vec(&lab.read_buffer(&target)?[..bytes as usize]))
 }

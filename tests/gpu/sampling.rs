@@ -104,6 +104,20 @@ fn closed_form(view: &View, light: DVec3, edges: [DVec3; 2], pixel: usize) -> [f
     [side(a, DVec3::Y), side(b, DVec3::Y), side(a, even), side(b, even)]
 }
 
+/// Whatever the size of the image, there is an error for each pixel and a picture can be drawn of them.
+#[test]
+fn images_of_any_size() {
+    for size in [[1, 1], [7, 3], [33, 17]] {
+        let (scene, view) = scenes::sphere_on_plane(size);
+        let lab = Bench::new(scene, view);
+        for spec in ["uniform:resolution=64", "rmsm:atlas_mib=1", "fvsm:tile=64,tiles=4"] {
+            let got = sampling(&lab, spec);
+            assert_eq!(got.errors.len(), (size[0] * size[1]) as usize, "{spec}, {size:?}");
+            assert_eq!(got.pictures().unwrap().len(), 6, "{spec}, {size:?}");
+        }
+    }
+}
+
 /// On flat ground under a known light the sides of a texel follow from the camera alone. Pages have the light's axes and texels
 /// that are whole powers of two apart.
 #[test]
