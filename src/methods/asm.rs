@@ -4,7 +4,7 @@
 
 use super::comparison::Comparison;
 use super::quadtree::{self, Quadtree, Settings};
-use super::{FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Sampling, Statistics};
+use super::{FrameTimes, Method, MethodInfo, MethodSpec, Parameter, Statistics};
 use crate::gpu::structs::{AnalyzePush, AsmCounts, AsmPush, StalePush};
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Buffer, Compute, spirv};
@@ -181,17 +181,7 @@ impl Method for Asm {
         })
     }
 
-    fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {
-        self.tree.visibility(lab, INFO.name, light)
-    }
-
-    fn sampling(&mut self, lab: &Lab, light: usize) -> Result<Option<Sampling>, LabError> {
-        self.tree.sampling(lab, INFO.name, light)
-    }
-
-    fn masks(&self) -> Option<Masks<'_>> {
-        Some(self.tree.masks())
-    }
+    of_maps!(self, INFO.name, &self.tree.screen, &self.tree.map);
 
     fn memory(&self) -> Vec<(&'static str, u64)> {
         let mut all = self.tree.memory();

@@ -3,7 +3,7 @@
 
 use super::comparison::Comparison;
 use super::quadtree::{self, Quadtree, Settings};
-use super::{FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Sampling, Statistics};
+use super::{FrameTimes, Method, MethodInfo, MethodSpec, Parameter, Statistics};
 use crate::engine::sort::Sort;
 use crate::gpu::structs::{AsmGpuCounts, AsmGpuPush, Counters};
 use crate::gpu::sync::{self, Access};
@@ -155,17 +155,7 @@ impl Method for AsmGpu {
         })
     }
 
-    fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {
-        self.tree.visibility(lab, INFO.name, light)
-    }
-
-    fn sampling(&mut self, lab: &Lab, light: usize) -> Result<Option<Sampling>, LabError> {
-        self.tree.sampling(lab, INFO.name, light)
-    }
-
-    fn masks(&self) -> Option<Masks<'_>> {
-        Some(self.tree.masks())
-    }
+    of_maps!(self, INFO.name, &self.tree.screen, &self.tree.map);
 
     fn memory(&self) -> Vec<(&'static str, u64)> {
         let mut all = self.tree.memory();

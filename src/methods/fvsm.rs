@@ -2,14 +2,13 @@
 //! plane, and the map is split, along one axis or both, until each tile has what its samples asked for.
 
 use super::comparison::Comparison;
-use super::map::{self, Given, Map, Screen, Shape, Step};
+use super::map::{self, Map, Screen, Shape, Step};
 use super::tree::{Rule, Tree, TreeFrame, TreeMap, TreeShape};
-use super::{FrameTimes, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
+use super::{FrameTimes, Method, MethodInfo, MethodSpec, Parameter, Statistics};
 use crate::gpu::Timer;
-use crate::gpu::structs::{Slices, TreeMeasurePush};
+use crate::gpu::structs::TreeMeasurePush;
 use crate::lab::{Lab, LabError};
 use ash::vk;
-use bytemuck::Zeroable;
 
 const PARAMETERS: [Parameter; 11] = Comparison::keys(&[
     Parameter { key: "tile", default: "256", allowed: "32 to 4096", meaning: "side of a tile in texels" },
@@ -123,16 +122,14 @@ impl Fvsm {
 
 impl Method for Fvsm {
     fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError> {
-        map::check_lights(lab, &self.map)?;
-        let light = map_light::constants(&lab.view().lights[0], lab, self.settings.comparison.bias_texels)?;
-        let given = Given { light, fits: None, slices: Slices::zeroed() };
+        let given = map::given_samples(lab, &self.map, &self.settings.comparison)?;
         let camera = lab.camera_constants()?;
         let steps = |step, cmd, _: &mut Timer| match step {
             Step::Reset => self.tiles.reset(cmd),
             Step::Slice | Step::Warp => {}
             Step::Fitted => self.refine(cmd),
         };
-        lab.frame(|cmd, timer| map::record((lab, &camera), (cmd, timer), &self.screen, &self.map, &[given], steps))
+        lab.frame(|cmd, timer| map::record((lab, &camera), (cmd, timer), &self.screen, &self.map, &given, steps))
     }
 
     of_maps!(self, INFO.name, &self.screen, &self.map);

@@ -19,6 +19,7 @@ use crate::gpu::{
 use crate::lab::{Lab, LabError};
 use crate::{Cull, Filter, Light};
 use ash::vk;
+use bytemuck::Zeroable;
 use glam::DVec2;
 use std::sync::Arc;
 
@@ -637,6 +638,13 @@ pub(super) fn check_lights<T: Fits>(lab: &Lab, maps: &[T]) -> Result<(), LabErro
         }
     }
     Ok(())
+}
+
+/// What the CPU gives for a frame of one light whose map is fitted to samples.
+pub(super) fn given_samples(lab: &Lab, maps: &[Map; 1], comparison: &Comparison) -> Result<[Given; 1], LabError> {
+    check_lights(lab, maps)?;
+    let light = map_light::constants(&lab.view().lights[0], lab, comparison.bias_texels)?;
+    Ok([Given { light, fits: None, slices: Slices::zeroed() }])
 }
 
 /// Records a frame of all lights; `steps` records what a method has of its own.

@@ -3,7 +3,7 @@
 
 use super::comparison::Comparison;
 use super::map::{self, Given, Map, Screen, Shape, Step};
-use super::{Masks, MethodSpec, Parameter, Sampling, Statistics, map_light, map_sampling, tree};
+use super::{MethodSpec, Parameter, Statistics, map_light, tree};
 use crate::gpu::structs::{Cell, Fit, Frame, MapLight, Slices, TilePage, VirtualMap};
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Buffer, Compute, Memory, Timer, spirv};
@@ -113,8 +113,8 @@ pub(crate) fn constants(own: &[u32], tree: [u32; 4]) -> [u32; 15] {
 /// The tree and its tiles.
 pub(super) struct Quadtree {
     pub(super) settings: Settings,
-    screen: Screen,
-    map: [Map; 1],
+    pub(super) screen: Screen,
+    pub(super) map: [Map; 1],
     /// A [`VirtualMap`].
     place: Buffer,
     /// A [`Cell`] for each node; the first are those that are always there.
@@ -294,19 +294,6 @@ impl Quadtree {
         timer.mark(cmd, "find");
         self.map[0].look_up(cmd, &self.screen);
         timer.mark(cmd, "lookup");
-    }
-
-    pub(super) fn visibility(&self, lab: &Lab, method: &str, light: usize) -> Result<Vec<f32>, LabError> {
-        super::of_light(&self.map, method, light)?.visibility(lab)
-    }
-
-    pub(super) fn sampling(&self, lab: &Lab, method: &str, light: usize) -> Result<Option<Sampling>, LabError> {
-        let map = super::of_light(&self.map, method, light)?;
-        map_sampling::sampling(lab, &self.screen, map).map(Some)
-    }
-
-    pub(super) fn masks(&self) -> Masks<'_> {
-        map::masks(&self.map)
     }
 
     /// Device memory by purpose, in bytes.

@@ -2,15 +2,14 @@
 //! that changed the shadows. What the paper asks by occlusion queries is counted on the GPU, and nothing is read back.
 
 use super::comparison::Comparison;
-use super::map::{self, Given, Map, Screen, Shape, Step};
+use super::map::{self, Map, Screen, Shape, Step};
 use super::tree::{Rule, Tree, TreeFrame, TreeMap, TreeShape, layers};
-use super::{FrameTimes, LevelStatistics, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
-use crate::gpu::structs::{QvsmPush, Slices, TreeMeasurePush};
+use super::{FrameTimes, LevelStatistics, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics};
+use crate::gpu::structs::{QvsmPush, TreeMeasurePush};
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Buffer, Compute, Timer, spirv};
 use crate::lab::{Lab, LabError};
 use ash::vk;
-use bytemuck::Zeroable;
 
 const PARAMETERS: [Parameter; 10] = Comparison::keys(&[
     Parameter { key: "tile", default: "512", allowed: "32 to 4096", meaning: "side of a tile in texels" },
@@ -169,9 +168,7 @@ impl Qvsm {
 
 impl Method for Qvsm {
     fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError> {
-        map::check_lights(lab, &self.map)?;
-        let light = map_light::constants(&lab.view().lights[0], lab, self.settings.comparison.bias_texels)?;
-        let given = Given { light, fits: None, slices: Slices::zeroed() };
+        let given = map::given_samples(lab, &self.map, &self.settings.comparison)?;
         let camera = lab.camera_constants()?;
         let steps = |step, cmd, _: &mut Timer| {
             if step == Step::Reset {
@@ -179,7 +176,7 @@ impl Method for Qvsm {
             }
         };
         lab.frame(|cmd, timer| {
-            map::record_fits((lab, &camera), (cmd, timer), &self.screen, &self.map, &[given], steps);
+            map::record_fits((lab, &camera), (cmd, timer), &self.screen, &self.map, &given, steps);
             self.refine(lab, cmd, timer);
         })
     }

@@ -2,15 +2,14 @@
 //! finer texels. What is important a coarse map from the light decides: jumps of depth, and nearness to the viewer.
 
 use super::comparison::Comparison;
-use super::map::{self, Given, Map, Screen, Shape, Step};
+use super::map::{self, Map, Screen, Shape, Step};
 use super::tree::{Rule, Tree, TreeFrame, TreeMap, TreeShape, layers};
-use super::{FrameTimes, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
-use crate::gpu::structs::{ImportancePush, Slices};
+use super::{FrameTimes, Method, MethodInfo, MethodSpec, Parameter, Statistics};
+use crate::gpu::structs::ImportancePush;
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Compute, Timer, spirv};
 use crate::lab::{Lab, LabError};
 use ash::vk;
-use bytemuck::Zeroable;
 
 /// Entries along a side of the table by which tiles are cut, as a power of two.
 const LEVELS: u32 = 7;
@@ -125,9 +124,7 @@ impl Tiled {
 
 impl Method for Tiled {
     fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError> {
-        map::check_lights(lab, &self.map)?;
-        let light = map_light::constants(&lab.view().lights[0], lab, self.settings.comparison.bias_texels)?;
-        let given = Given { light, fits: None, slices: Slices::zeroed() };
+        let given = map::given_samples(lab, &self.map, &self.settings.comparison)?;
         let camera = lab.camera_constants()?;
         let steps = |step, cmd, _: &mut Timer| {
             if step == Step::Reset {
@@ -135,7 +132,7 @@ impl Method for Tiled {
             }
         };
         lab.frame(|cmd, timer| {
-            map::record_fits((lab, &camera), (cmd, timer), &self.screen, &self.map, &[given], steps);
+            map::record_fits((lab, &camera), (cmd, timer), &self.screen, &self.map, &given, steps);
             self.refine(lab, cmd, timer);
         })
     }

@@ -3,13 +3,11 @@
 //! than those of the fit without one, on the mean over the samples, does not serve.
 
 use super::comparison::Comparison;
-use super::map::{self, Given, Map, Screen, Shape, Step};
+use super::map::{self, Map, Screen, Shape, Step};
 use super::warp_passes::{self, Passes, Rule};
-use super::{FrameTimes, Method, MethodSpec, Parameter, Statistics, map_light};
+use super::{FrameTimes, Method, MethodSpec, Parameter, Statistics};
 use crate::gpu::Timer;
-use crate::gpu::structs::Slices;
 use crate::lab::{Lab, LabError};
-use bytemuck::Zeroable;
 
 /// Keys that come after those of each.
 pub(super) const RESOLUTION: Parameter =
@@ -60,9 +58,7 @@ impl Warp {
 
 impl Method for Warp {
     fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError> {
-        map::check_lights(lab, &self.map)?;
-        let light = map_light::constants(&lab.view().lights[0], lab, self.settings.comparison.bias_texels)?;
-        let given = Given { light, fits: None, slices: Slices::zeroed() };
+        let given = map::given_samples(lab, &self.map, &self.settings.comparison)?;
         let axis = warp_passes::axis(lab)?;
         let camera = lab.camera_constants()?;
         let [map] = &self.map;
@@ -71,7 +67,7 @@ impl Method for Warp {
             Step::Slice | Step::Warp => {}
             Step::Fitted => self.passes.record(cmd, (&self.screen, map), axis),
         };
-        lab.frame(|cmd, timer| map::record((lab, &camera), (cmd, timer), &self.screen, &self.map, &[given], steps))
+        lab.frame(|cmd, timer| map::record((lab, &camera), (cmd, timer), &self.screen, &self.map, &given, steps))
     }
 
     of_maps!(self, self.name, &self.screen, &self.map);
