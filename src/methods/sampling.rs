@@ -7,7 +7,7 @@ use crate::gpu::structs::{Fit, Frame, MapLight, SamplingError};
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Buffer, Compute};
 use crate::lab::{Lab, LabError};
-use crate::output::{OutputError, Picture, factors};
+use crate::output::{OutputError, Picture, factors, ids};
 use ash::vk;
 use bytemuck::Pod;
 use std::collections::BTreeMap;
@@ -68,7 +68,7 @@ impl Sampling {
         greatest.values().map(|[s, t]| f64::from(*s) * f64::from(*t) * self.part_texels / pixels).sum()
     }
 
-    /// For both axes the error, its perspective part, and what remains: projection.
+    /// For both axes the error, its perspective part, and what remains: projection; then the parts of the map.
     ///
     /// # Errors
     /// Where there is not one value a pixel.
@@ -91,7 +91,10 @@ impl Sampling {
             let Picture { width, height, rgb } = factors(self.size[0], self.size[1], &values)?;
             Ok(DebugPicture { name, width, height, rgb })
         };
-        all.into_iter().map(picture).collect()
+        let parts: Vec<u32> = self.errors.iter().map(|e| e.part).collect();
+        let Picture { width, height, rgb } = ids(self.size[0], self.size[1], &parts)?;
+        let parts = DebugPicture { name: "sampling_part", width, height, rgb };
+        all.into_iter().map(picture).chain([Ok(parts)]).collect()
     }
 }
 
