@@ -22,7 +22,10 @@ pub(super) fn faces(lab: &Lab) -> Result<(Slices, [Axis; FACES]), LabError> {
     let tan = (0.5 * view.camera.fov_y_deg.to_radians()).tan();
     let tan = DVec2::new(tan * f64::from(view.size[0]) / f64::from(view.size[1]), tan);
     let (slices, axes) = of_frustum([camera.row(0), camera.row(1), -camera.row(2)], tan, light);
-    Ok((slices, axes.map(|axis| axis.map_or(Axis::NONE, |axis| Axis::through_eye(DVec2::new(axis.dot(x), axis.dot(y)))))))
+    Ok((
+        slices,
+        axes.map(|axis| axis.map_or(Axis::NONE, |axis| Axis::through_eye(DVec2::new(axis.dot(x), axis.dot(y))))),
+    ))
 }
 
 /// `camera`: right, up and forward; `tan`: of half the angles that the frustum opens; `light`: unit vector of its travel. With

@@ -40,6 +40,8 @@ pub struct SamplingInputs {
     pub fits: Vec<Fit>,
     /// Distances along the view direction where layers of a parallel light begin.
     pub splits: Vec<f32>,
+    /// Distance of the nearest sample along the view direction, where layers are faces of the view frustum.
+    pub nearest: Option<f32>,
     /// Texels along a side of a layer.
     pub side: u32,
 }

@@ -72,8 +72,19 @@ fn sampling_errors_are_the_twins() {
     };
     let point = Light::Point { position: DVec3::new(0.9, 2.4, 0.9), range: 7.0 };
     let (scene, view) = scenes::sphere_on_plane(SIZE);
+    let faces = "csm:resolution=256,partition=faces,warp=always";
+    let [right, back] = [0, 2].map(|i| view.camera.view_from_world().row(i));
+    let [behind, before] = [-1.0, 1.0].map(|z| {
+        let along = DVec3::new(z * back.x, 0.0, z * back.z).normalize();
+        Light::directional(0.15 * right + along - 0.6 * DVec3::Y)
+    });
     for (light, specs) in [
-        (view.lights[0].clone(), &["uniform:resolution=512", "lispsm:warp=always", "csm:resolution=256,blend=0.2"][..]),
+        (
+            view.lights[0].clone(),
+            &["uniform:resolution=512", "lispsm:warp=always", "csm:resolution=256,blend=0.2", faces][..],
+        ),
+        (behind, &[faces]),
+        (before, &[faces]),
         (spot, &["uniform:resolution=512"]),
         (point, &["uniform:resolution=512", "uniform:resolution=512,fit=scene"]),
     ] {
@@ -219,6 +230,10 @@ fn storage_factors_are_those_of_the_formulas() {
             ("csm:resolution=512,cascades=4,warp=always", slices[1] * sine),
         ];
         // the latter with a line that is best for light from above
+        let measured = |spec: &str| sampling(&lab, spec).storage_factor();
+        let faces = ["none", "always"].map(|w| measured(&format!("csm:resolution=512,partition=faces,warp={w}")));
+        let slices = ["none", "always"].map(|w| measured(&format!("csm:resolution=512,cascades=4,warp={w}")));
+        println!("| {gamma} | slices, warped, faces, warped | {slices:.1?} {faces:.1?} |");
         for (spec, formula) in cases.into_iter().chain(partitioned.into_iter().filter(|_| gamma > 80.0)) {
             let measured = sampling(&lab, spec).storage_factor();
             println!("| {gamma} | {spec} | {formula:.2} | {measured:.2} | {:.3} |", measured / formula);
