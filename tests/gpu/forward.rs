@@ -81,6 +81,10 @@ fn interiors_are_exact() {
             println!("{}, kernel {kernel}: {lit} lit, {shadowed} shadowed, wrong {wrong:?}", lab.scene().name);
             assert!(lit > 2000 && shadowed > 200, "{}: {lit} lit, {shadowed} shadowed", lab.scene().name);
             assert_eq!(wrong, [0, 0], "{}, kernel {kernel}: shadowed, lit", lab.scene().name);
+            // a wider kernel reaches into this interior
+            let mut wider = self::stage(&lab, "forward:resolution=64,kernel=4");
+            let visibility = wider.method().visibility(&lab, 0).unwrap();
+            assert!(inside.iter().zip(&visibility).any(|(i, v)| i.is_some_and(|i| *v != f32::from(i))));
         }
     }
 }
@@ -127,9 +131,10 @@ fn sums_are_those_of_a_twin() {
     let [sun, _, point] = lights();
     let cases = [
         (scenes::sheet_over_floor(SIZE), sun.clone(), 1.5, 0.001),
-        (scenes::closed(SIZE), sun.clone(), 3.0, 0.02),
-        (scenes::closed(SIZE), point, 2.0, 0.02),
-        (scenes::sphere_on_plane(SIZE), sun, 1.0, 0.02),
+        // texels match across creases, which their splats' planes do not follow
+        (scenes::closed(SIZE), sun.clone(), 3.0, 0.1),
+        (scenes::closed(SIZE), point, 2.0, 0.1),
+        (scenes::sphere_on_plane(SIZE), sun, 1.0, 0.1),
     ];
     for (scene, light, kernel, missed) in cases {
         let lab = lit_by(scene, light);
@@ -139,7 +144,7 @@ fn sums_are_those_of_a_twin() {
         let layers = if depths.len() == (SIDE * SIDE) as usize { 1.0f64 } else { 6.0 };
         let side = (f64::from(SIDE) / layers.sqrt()) as i32;
         let reach = (256.0 * kernel) as u32;
-        let (mut seen, mut sure, mut less, mut more, mut lit) = (0, 0, 0, 0, 0);
+        let (mut seen, mut sure, mut less, mut more, mut lit, mut other) = (0, 0, 0, 0, 0, 0);
         for (s, &sum) in samples.iter().zip(&sums).filter(|(s, _)| s.layer < ForwardSample::OUTSIDE) {
             let sum = if sum == HOLE { 0 } else { sum };
             let [least, most] = gather(s, &depths, side, reach);
@@ -148,11 +153,13 @@ fn sums_are_those_of_a_twin() {
             lit += u32::from(most > 0);
             less += u32::from(sum < least);
             more += u32::from(sum > most);
+            other += u32::from(sum > gather(s, &depths, side, reach - 16)[1]);
         }
         let name = &lab.scene().name;
         println!("{name}, kernel {kernel}: {seen} samples, {sure} sure, {lit} lit; {less} have less, {more} more");
         assert!(seen > 10_000 && lit > 5000 && lit < seen && f64::from(sure) > 0.99 * f64::from(seen), "{name}");
         assert_eq!(more, 0, "{name}: splats add more than there is");
+        assert!(other > seen / 4, "{name}: another kernel would pass");
         assert!(f64::from(less) <= missed * f64::from(seen), "{name}: {less} of {seen} are not reached");
     }
 }
@@ -184,7 +191,7 @@ fn holes_are_where_light_is_edge_on() {
     let shares = [70.0, 40.0, 12.0, 5.0].map(share);
     println!("share of holes: {shares:?}");
     assert!(shares[0] < 0.002 && shares[1] < 0.01, "{shares:?}");
-    assert!(shares[2] > 0.03 && shares[3] > 1.5 * shares[2], "{shares:?}");
+    assert!(shares[2] > 0.03 && shares[3] > 1.2 * shares[2], "{shares:?}");
     // on a round body: where it turns away from the light
     let lab = lit_by(scenes::sphere_on_plane(SIZE), lights()[0].clone());
     let holes = stage(&lab, specs[0]).sums(&lab).unwrap();
@@ -200,7 +207,7 @@ fn holes_are_where_light_is_edge_on() {
     };
     let (edge_on, face_on) = (rate(0.01, 0.2), rate(0.5, 1.0));
     println!("sphere: holes on {edge_on:.3} of what is edge-on, {face_on:.5} of what faces the light");
-    assert!(edge_on > 0.05 && face_on < 0.02 * edge_on, "{edge_on}, {face_on}");
+    assert!(edge_on > 0.05 && face_on < 0.1 * edge_on, "{edge_on}, {face_on}");
 }
 
 fn errs(lab: &Lab, spec: &str) -> Metrics {
