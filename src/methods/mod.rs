@@ -24,6 +24,7 @@ mod changes;
 mod comparison;
 mod csm;
 mod forward;
+mod frustum_faces;
 pub(crate) mod fvsm;
 mod hybrid;
 mod izb;
