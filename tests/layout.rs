@@ -61,7 +61,7 @@ fn scene_structs_are_those_of_the_shaders() {
     assert_layout::<Material>(
         &all,
         "Material",
-        fields!(Material, base_color uv_row0 uv_row1 texel_offset width height wrap alpha_cutoff pad),
+        fields!(Material, base_color uv_row0 uv_row1 texel_offset width height wrap alpha_cutoff translucent pad),
     );
 }
 
