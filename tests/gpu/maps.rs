@@ -61,7 +61,7 @@ fn directional_maps_match_the_reference() {
             "tsm:resolution=2048,warp=always",
             "psm:resolution=2048",
             "logpsm:resolution=2048",
-            "logpsm:resolution=2048,warp=always,line=eye",
+            "logpsm:resolution=2048,line=eye",
             "logpsm:resolution=2048,warp=always,line=even",
             "silhouette:resolution=2048",
             "csm:resolution=1024,bias=midpoint",
