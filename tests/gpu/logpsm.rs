@@ -134,12 +134,11 @@ fn a_plane_does_not_shadow_itself() {
         let (sine, cosine) = gamma.to_radians().sin_cos();
         let sun = Light::directional(DVec3::new(0.1, -sine, -cosine));
         let lab = Bench::new(scene.clone(), View { lights: vec![sun], ..view.clone() });
-        for filter in ["hard", "pcf"] {
-            let (serves, image) =
-                warped(&lab, &format!("logpsm:resolution=64,warp=always,filter={filter},depth_bias=0"));
+        // a kernel takes the texels around for as large
+        for keys in ["resolution=64,depth_bias=0", "resolution=512,filter=pcf"] {
+            let (serves, image) = warped(&lab, &format!("logpsm:{keys},warp=always"));
             let dark = image.iter().filter(|v| **v < 1.0).count();
-            println!("{gamma} degrees, {filter}: {dark} pixels are dark");
-            assert!(serves && (filter == "pcf" || dark == 0), "{gamma} degrees, {filter}: {dark} pixels");
+            assert!(serves && dark == 0, "{gamma} degrees, {keys}: {dark} pixels are dark");
         }
     }
 }
