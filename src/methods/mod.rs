@@ -24,6 +24,7 @@ mod bent;
 mod changes;
 mod comparison;
 mod csm;
+mod frustum_faces;
 pub(crate) mod fvsm;
 mod hybrid;
 mod izb;
