@@ -208,12 +208,7 @@ pub(super) struct Izb {
 impl Izb {
     pub(super) fn new(spec: &MethodSpec, lab: &Lab) -> Result<Self, LabError> {
         let settings = settings(spec)?;
-        if !lab.has_fragment_stores() {
-            return Err(LabError::Refused(format!(
-                "'{spec}' needs the feature fragmentStoresAndAtomics, which device '{}' does not have",
-                lab.device_name()
-            )));
-        }
+        super::fragment_stores(spec, lab)?;
         let screen = Screen::new(lab)?;
         let owners = settings.own.then(|| Owners::new(lab, &screen)).transpose()?;
         let lights = lab.view().lights.iter();

@@ -355,6 +355,7 @@ fn every_sample_lies_in_the_map_of_its_layer() {
                 "asm",
                 "asm_gpu",
                 "silhouette:resolution=64",
+                "forward:resolution=64",
                 "fvsm:tile=64,tiles=40",
                 "fvsm:tile=64,tiles=200,filter=pcf",
                 "tiled:tile=256",
@@ -363,7 +364,15 @@ fn every_sample_lies_in_the_map_of_its_layer() {
                 "rtw:resolution=256,analysis=hybrid,subdivide=2.5",
             ][..],
         ),
-        (point, &["uniform:resolution=256", "uniform:resolution=256,fit=scene", "silhouette:resolution=256"]),
+        (
+            point,
+            &[
+                "uniform:resolution=256",
+                "uniform:resolution=256,fit=scene",
+                "silhouette:resolution=256",
+                "forward:resolution=256",
+            ],
+        ),
         (wide, &["uniform:resolution=256", "uniform:resolution=256,fit=scene"]),
     ] {
         view.lights = vec![light];
@@ -442,6 +451,7 @@ fn unserved_lights_are_refused() {
         (&cone, "uniform:fit=frustum", "fit=frustum"),
         (&point, "uniform:fit=frustum", "fit=frustum"),
         (&cone, "silhouette:fit=frustum", "fit=frustum"),
+        (&cone, "forward:fit=frustum", "fit=frustum"),
     ] {
         let (scene, view) = with_light(scenes::sphere_on_plane([16, 16]), light);
         let lab = Bench::new(scene, view);
@@ -466,6 +476,7 @@ fn another_kind_of_light_is_refused_later() {
         "temporal:resolution=64",
         "hybrid:resolution=64",
         "silhouette:resolution=64",
+        "forward:resolution=64",
         "fvsm:tiles=4",
         "qvsm:tiles=4",
         "tiled:tiles=4",
