@@ -47,6 +47,8 @@ mod izb;
 mod lacking;
 #[path = "gpu/lights.rs"]
 mod lights;
+#[path = "gpu/logpsm.rs"]
+mod logpsm;
 #[path = "gpu/maps.rs"]
 mod maps;
 #[path = "gpu/request.rs"]

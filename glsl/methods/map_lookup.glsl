@@ -41,6 +41,7 @@ float layer_depth(uint layer, vec2 texel) { return texelFetch(map, ivec3(texel, 
 struct Held {
     float z;      // in light space, world units
     float q;      // what divides stored depths
+    vec2 growth;  // share by which 1 / q falls to the next texel: a texel's middle is divided by its own
     float size;   // of a texel, world units
     vec2 slope;   // change of z to the next texel, in the receiver's plane
     float number;  // of the triangle seen; with BIAS_IDS
@@ -56,7 +57,8 @@ bool lit_by(uint layer, Held held, ivec2 texel) {
     if (BIAS == BIAS_IDS && texelFetch(second_map, ivec3(texel, layer), 0).r == held.number) {
         return true;
     }
-    float nearest = z_of(caster * held.q);
+    float q = held.q / (1.0 - dot(held.growth, vec2(texel) + 0.5 - held.plane.texel));
+    float nearest = z_of(caster * q);
     // rounding
     float stored = nearest + light.rule.y;
     if (BIAS == BIAS_CONSTANT || BIAS == BIAS_IDS) {
@@ -64,7 +66,7 @@ bool lit_by(uint layer, Held held, ivec2 texel) {
     } else if (BIAS == BIAS_SLOPE) {
         stored += light.rule.x * (0.25 * held.size + 0.5 * (abs(held.slope.x) + abs(held.slope.y)));
     } else if (BIAS == BIAS_MIDPOINT || BIAS == BIAS_DUAL) {
-        float behind = 0.5 * (z_of(texelFetch(second_map, ivec3(texel, layer), 0).r * held.q) - nearest);
+        float behind = 0.5 * (z_of(texelFetch(second_map, ivec3(texel, layer), 0).r * q) - nearest);
         stored += BIAS == BIAS_DUAL ? min(behind, light.rule.x * held.size) : behind;
     }
     return held.z <= stored;
@@ -95,7 +97,8 @@ bool look_up(uint layer, uvec2 pixel, Sample s, out float lit) {
     float share = CENTRED == 1u ? 1.0 - confidence(p.texel) : 1.0;
     Plane plane = plane_of(p, fits[layer], share * full_bias(p));
     float number = BIAS == BIAS_IDS ? texelFetch(triangle_image, ivec2(pixel), 0).r : 0.0;
-    Held held = Held(p.ls.z, p.q, max(p.size.x, p.size.y), p.slope, number, plane);
+    vec2 growth = vec2(dot(fits[layer].row_w.xy, p.along[0]), dot(fits[layer].row_w.xy, p.along[1])) / p.q;
+    Held held = Held(p.ls.z, p.q, growth, max(p.size.x, p.size.y), p.slope, number, plane);
     if (FILTER != FILTER_HARD) {
         lit = kernel_visibility(plane, uvec2(layer, 0u), pixel);
     } else {

@@ -43,8 +43,8 @@ void main() {
         float w = divisor(ls.z);
         vec3 t = vec3(ls.xy / w, 1.0);
         Fit fit = fits[s.layer];
-        float q = dot(fit.row_w.xyz, t);
-        vec2 uv = vec2(dot(fit.row_u.xyz, t), dot(fit.row_v.xyz, t)) / q;
+        float q;
+        vec2 uv = fit_place(fit, t, q);
         if (w > 0.0 && q > 0.0 && all(greaterThanEqual(uv, vec2(0.0))) && all(lessThan(uv, vec2(1.0)))) {
             vec3 ray = pixel_ray(frame, pixel);
             mat3 axes = mat3(light.faces[face].x.xyz, light.faces[face].y.xyz, light.faces[face].z.xyz);

@@ -11,14 +11,19 @@ struct Place {
     bool steep;   // the plane is steeper than `slope` says
 };
 
-// A point of a layer among the texels of the map, from `at`, where it is among equal ones. `in_plane`: as in Place; `span`: sides of its
-// texel in equal ones.
-vec2 placed(vec2 at, float side, out vec2 in_plane, out vec2 span);
+// A point of a layer among the texels of the map, from `at`, where the fit has it. `in_plane`: as in Place; `span`: sides of its
+// texel in those of the fit.
+vec2 placed(Fit fit, vec2 at, float side, out vec2 in_plane, out vec2 span);
 
 #ifndef PLACED
-vec2 placed(vec2 at, float side, out vec2 in_plane, out vec2 span) {
+vec2 placed(Fit fit, vec2 at, float side, out vec2 in_plane, out vec2 span) {
     in_plane = at;
     span = vec2(1.0);
+    if (logarithmic(fit)) {
+        // stored depths run evenly over 1 / w: the way to the middle of the texel is that of 1 / w, in texels here
+        float doubling = fit.texel.z * side, middle = floor(at.y) + 0.5;
+        in_plane.y = middle - 1.44269504089 * doubling * (1.0 - exp2((at.y - middle) / doubling));
+    }
     return at;
 }
 #endif
@@ -30,15 +35,14 @@ bool place_of(uint layer, Sample s, out Place p) {
     float w = divisor(p.ls.z);
     vec3 t = vec3(p.ls.xy / w, 1.0);
     Fit fit = fits[layer];
-    p.q = dot(fit.row_w.xyz, t);
-    vec2 uv = vec2(dot(fit.row_u.xyz, t), dot(fit.row_v.xyz, t)) / p.q;
+    vec2 uv = fit_place(fit, t, p.q);
     if (w <= 0.0 || p.q <= 0.0 || any(lessThan(uv, vec2(0.0))) || any(greaterThanEqual(uv, vec2(1.0)))) {
         return false;
     }
     vec3 normal = turned(face, s.normal);
     float side = float(textureSize(map, 0).x);
     vec2 span;
-    p.texel = placed(uv * side, side, p.in_plane, span);
+    p.texel = placed(fit, uv * side, side, p.in_plane, span);
     p.along = inverse(fit_change(fit, uv, side / p.q));
     p.along[0] *= span.x;
     p.along[1] *= span.y;

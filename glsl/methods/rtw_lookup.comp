@@ -12,7 +12,7 @@ layout(constant_id = 12) const uint SIDE = 2048u;
 #define CENTRES_BINDING 13
 #include "methods/rtw_centres.glsl"
 
-vec2 placed(vec2 at, float side, out vec2 in_plane, out vec2 span) {
+vec2 placed(Fit fit, vec2 at, float side, out vec2 in_plane, out vec2 span) {
     // what lies in cells without importance at the far end comes to the end of the map
     vec2 texel = min(warped(at / side) * side, vec2(side * (1.0 - 6e-8)));
     uvec2 low = uvec2(texel);

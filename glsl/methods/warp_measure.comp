@@ -25,8 +25,8 @@ shared uint sums[2];
 
 // Lengths of a texel's two sides in pixels of the image, together. `pixels`: to pixels from a vector across the light.
 float cost(Fit fit, vec2 t, mat2 pixels) {
-    float q = dot(fit.row_w.xyz, vec3(t, 1.0));
-    vec2 uv = vec2(dot(fit.row_u.xyz, vec3(t, 1.0)), dot(fit.row_v.xyz, vec3(t, 1.0))) / q;
+    float q;
+    vec2 uv = fit_place(fit, vec3(t, 1.0), q);
     mat2 texel = pixels * inverse(fit_change(fit, uv, resolution / q));
     return min(length(texel[0]) + length(texel[1]), MOST);
 }

@@ -141,7 +141,8 @@ impl Csm {
             comparison: settings.comparison,
         };
         let map = Map::new(spec, lab, &screen, &lab.view().lights[0], shape)?;
-        let warps = settings.warp.map(|always| Passes::new(lab, &screen, &map, (Rule::Even, always))).transpose()?;
+        let warps =
+            settings.warp.map(|always| Passes::new(lab, &screen, &map, (Rule::Even, always, false))).transpose()?;
         let (frame, slices) = (Binding::Uniform(&screen.frame), Binding::Storage(map.slices()));
         let depth = Binding::Sampled(&screen.receivers.depth);
         let (extremes, splits) = (spirv!("methods/csm_extremes.comp"), spirv!("methods/csm_splits.comp"));

@@ -155,13 +155,14 @@ fn lookup_constants(shape: &Shape, position: u32, silhouettes: bool) -> [u32; 9]
     [shape.fitted(), position, kind, taps, bias as u32, blend, tiled, silhouettes.into(), centred.into()]
 }
 
-/// What draws casters into a map without tiles otherwise than the fit has them.
+/// What draws casters into a map without tiles otherwise than by straight edges where the fit has them.
 pub(super) struct Warped {
     /// Without and with alpha test.
     pub(super) draws: [Graphics; 2],
     /// Whether the vertex shader fetches vertices itself, six a triangle.
     pub(super) fetches: bool,
-    pub(super) lookup: Compute,
+    /// Where the fit alone does not tell where a sample lies.
+    pub(super) lookup: Option<Compute>,
 }
 
 /// What is fitted to the visible samples of one light.
@@ -590,7 +591,7 @@ impl Map {
         use Access::{StorageImage, TransferRead};
         let device = &self.gpu.device;
         sync::discard(device, cmd, &self.visibility, TransferRead, StorageImage);
-        let lookup = self.warped.as_ref().map_or(&self.lookup, |warped| &warped.lookup);
+        let lookup = self.warped.as_ref().and_then(|warped| warped.lookup.as_ref()).unwrap_or(&self.lookup);
         lookup.dispatch(cmd, &(), [screen.size[0].div_ceil(8), screen.size[1].div_ceil(8), 1]);
         sync::image(device, cmd, &self.visibility, StorageImage, TransferRead);
     }

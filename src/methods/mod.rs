@@ -20,6 +20,7 @@ macro_rules! of_maps {
 
 mod asm;
 mod asm_gpu;
+mod bent;
 mod changes;
 mod comparison;
 mod csm;
@@ -30,6 +31,7 @@ mod hybrid;
 mod izb;
 mod izb_owner;
 mod lispsm;
+mod logpsm;
 mod map;
 mod map_cover;
 mod map_fit;
@@ -242,6 +244,7 @@ pub static METHODS: &[MethodInfo] = &[
     lispsm::INFO,
     tsm::INFO,
     psm::INFO,
+    logpsm::INFO,
     rtw::INFO,
     asm::INFO,
     asm_gpu::INFO,

@@ -2,11 +2,12 @@
 //! wide as what they hold is important. Importance is found on the GPU: from the visible samples (backward analysis), from a
 //! coarse depth image of the light (forward), or from both (hybrid).
 
-use super::comparison::{BiasKind, Comparison};
+use super::comparison::Comparison;
 use super::map::{self, Given, Map, Screen, Shape, Step, Warped};
 use super::map_cover::Cover;
 use super::{
-    DebugPicture, FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light, rtw_pictures,
+    DebugPicture, FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics, bent, map_light,
+    rtw_pictures,
 };
 use crate::gpu::structs::{Fit, RtwPush, Slices};
 use crate::gpu::sync::{self, Access};
@@ -162,9 +163,7 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
     if analysis != Analysis::Forward && !settings.view {
         return refused("view=false", "analysis=forward with it: only what the camera sees has importance otherwise");
     }
-    if settings.comparison.bias.peels() || settings.comparison.bias == BiasKind::Ids {
-        return refused("a bias by what only unwarped maps hold", "bias=plane, constant, slope or second");
-    }
+    bent::check(spec, &settings.comparison)?;
     Ok(settings)
 }
 
@@ -356,26 +355,14 @@ impl Rtw {
 
 /// What draws and looks up through the warp.
 fn warped(lab: &Lab, screen: &Screen, map: &Map, maps: &WarpMaps, settings: &Settings) -> Result<Warped, LabError> {
-    let (gpu, scene) = (lab.gpu(), lab.scene_buffers());
+    let gpu = lab.gpu();
     let [cells, side, cull] = [settings.cells, settings.resolution, settings.comparison.cull as u32];
     let [warp, centres] = [&maps.warp, &maps.centres].map(Binding::Storage);
-    let attributes = scene.attributes.unwrap_or(scene.positions);
-    let fetched = [scene.positions, scene.indices, attributes].map(Binding::External);
-    let casters = [&map.casters(lab)[..], &[warp, centres], &fetched].concat();
+    let casters = [&map.casters(lab)[..], &[warp]].concat();
     let pipeline = |masked: bool| {
         let depth_compare = vk::CompareOp::GREATER_OR_EQUAL;
-        let state = GraphicsState { depth_compare, ..GraphicsState::casters(scene.position_layout, true) };
-        if settings.bent == Bent::Exact {
-            let [stride, offset, format] = scene.position_layout.words();
-            let shaders = Shaders {
-                vertex: spirv!("methods/rtw_exact.vert"),
-                tessellation: None,
-                fragment: Some(spirv!("methods/rtw_exact.frag")),
-                constants: &[0, 0, cull, cells, u32::from(masked), side, stride, offset, format],
-            };
-            let state = GraphicsState { positions: None, attributes: false, ..state };
-            return Graphics::new(gpu, "rtw_exact", &shaders, &casters, &state);
-        }
+        let layout = lab.scene_buffers().position_layout;
+        let state = GraphicsState { depth_compare, ..GraphicsState::casters(layout, true) };
         let split = if let Bent::Split(longest) = settings.bent { Some(longest) } else { None };
         let patch = [spirv!("methods/rtw_patch.tesc"), spirv!("methods/rtw_patch.tese")];
         let shaders = Shaders {
@@ -384,15 +371,21 @@ fn warped(lab: &Lab, screen: &Screen, map: &Map, maps: &WarpMaps, settings: &Set
             fragment: (masked || cull != 0).then_some(spirv!("methods/map_masked.frag")),
             constants: &[0, 0, cull, cells, split.unwrap_or(1.0).to_bits()],
         };
-        Graphics::new(gpu, "rtw", &shaders, &casters[..7], &state)
+        Graphics::new(gpu, "rtw", &shaders, &casters, &state)
+    };
+    let draws = if settings.bent == Bent::Exact {
+        let shaders = [spirv!("methods/rtw_exact.vert"), spirv!("methods/rtw_exact.frag")];
+        bent::draws((lab, map, "rtw_exact"), shaders, &[warp, centres], cells)?
+    } else {
+        [pipeline(false)?, pipeline(true)?]
     };
     let (own, constants) = map.lookup(screen);
     let constants = [&constants[..], &[1, 0, cells, side]].concat();
     let bindings = [&map.samples(screen)[..], &own, &[warp, centres]].concat();
     Ok(Warped {
-        draws: [pipeline(false)?, pipeline(true)?],
+        draws,
         fetches: settings.bent == Bent::Exact,
-        lookup: Compute::new(gpu, "rtw_lookup", spirv!("methods/rtw_lookup.comp"), &bindings, &constants, 0)?,
+        lookup: Some(Compute::new(gpu, "rtw_lookup", spirv!("methods/rtw_lookup.comp"), &bindings, &constants, 0)?),
     })
 }
 

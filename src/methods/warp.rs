@@ -3,10 +3,10 @@
 //! than those of the fit without one, on the mean over the samples, does not serve.
 
 use super::comparison::Comparison;
-use super::map::{self, Map, Screen, Shape, Step};
+use super::map::{self, Map, Screen, Shape, Step, Warped};
 use super::warp_passes::{self, Passes, Rule};
-use super::{FrameTimes, Method, MethodSpec, Parameter, Statistics};
-use crate::gpu::Timer;
+use super::{FrameTimes, Method, MethodSpec, Parameter, Statistics, bent};
+use crate::gpu::{Timer, spirv};
 use crate::lab::{Lab, LabError};
 
 /// Keys that come after those of each.
@@ -23,6 +23,7 @@ pub(super) struct Settings {
     resolution: u32,
     rule: Rule,
     always: bool,
+    logarithm: bool,
     comparison: Comparison,
 }
 
@@ -32,8 +33,16 @@ pub(super) fn settings(spec: &MethodSpec, rule: Rule) -> Result<Settings, LabErr
         resolution: spec.u32_in(RESOLUTION.key, 4096, 64..=16384)?,
         rule,
         always: spec.one_of(WARP.key, WARP.default, &["auto", "always"])? == "always",
+        logarithm: false,
         comparison: Comparison::of(spec)?,
     })
+}
+
+/// The same with a logarithm along the axis.
+pub(super) fn logarithmic(spec: &MethodSpec, rule: Rule) -> Result<Settings, LabError> {
+    let settings = settings(spec, rule)?;
+    bent::check(spec, &settings.comparison)?;
+    Ok(Settings { logarithm: true, ..settings })
 }
 
 pub(super) struct Warp {
@@ -48,10 +57,15 @@ impl Warp {
     pub(super) fn new(name: &'static str, spec: &MethodSpec, lab: &Lab, settings: Settings) -> Result<Self, LabError> {
         super::one_directional(spec, lab)?;
         let screen = Screen::new(lab)?;
-        let Settings { resolution: side, rule, always, comparison } = settings;
+        let Settings { resolution: side, rule, always, logarithm, comparison } = settings;
         let shape = Shape { side, layers: 1, tiled: false, blend: 0.0, comparison };
-        let map = Map::new(spec, lab, &screen, &lab.view().lights[0], shape)?;
-        let passes = Passes::new(lab, &screen, &map, (rule, always))?;
+        let mut map = Map::new(spec, lab, &screen, &lab.view().lights[0], shape)?;
+        let passes = Passes::new(lab, &screen, &map, (rule, always, logarithm))?;
+        if logarithm {
+            let shaders = [spirv!("methods/logpsm.vert"), spirv!("methods/logpsm.frag")];
+            let draws = bent::draws((lab, &map, "logpsm"), shaders, &[], 0)?;
+            map.set_warped(Warped { draws, fetches: true, lookup: None });
+        }
         Ok(Self { name, settings, screen, map: [map], passes })
     }
 }

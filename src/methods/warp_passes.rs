@@ -23,6 +23,8 @@ pub(super) enum Rule {
     Focus(f32),
     /// This far before the nearest sample, in world units.
     Distance(f32),
+    /// Where the depth from the eye would be 0, if it grew evenly from the nearest sample to the farthest over their extent.
+    Depth,
 }
 
 impl Rule {
@@ -32,6 +34,7 @@ impl Rule {
             Rule::Eye => (1, 0.0),
             Rule::Focus(share) => (2, share),
             Rule::Distance(distance) => (3, distance),
+            Rule::Depth => (4, 0.0),
         }
     }
 }
@@ -76,8 +79,13 @@ pub(super) struct Passes {
 }
 
 impl Passes {
-    /// `always`: whether warps serve even where they gain nothing.
-    pub(super) fn new(lab: &Lab, screen: &Screen, map: &Map, (rule, always): (Rule, bool)) -> Result<Self, LabError> {
+    /// `always`: whether warps serve even where they gain nothing; `logarithm`: whether they are logarithmic along the axis.
+    pub(super) fn new(
+        lab: &Lab,
+        screen: &Screen,
+        map: &Map,
+        (rule, always, logarithm): (Rule, bool, bool),
+    ) -> Result<Self, LabError> {
         let gpu = lab.gpu();
         let layers = map.shape().layers;
         let bytes = size_of::<WarpRecord>() as u64 * u64::from(layers);
@@ -88,7 +96,14 @@ impl Passes {
         let constants = [layers, 0, 0, 0, 0, map.shape().blend.to_bits()];
         Ok(Self {
             measure: Compute::new(gpu, "warp_measure", measure, &measured, &constants, size_of::<WarpMeasure>())?,
-            choose: Compute::new(gpu, "warp_choose", choose, &own, &[rule.words().0], size_of::<WarpPush>())?,
+            choose: Compute::new(
+                gpu,
+                "warp_choose",
+                choose,
+                &own,
+                &[rule.words().0, logarithm.into()],
+                size_of::<WarpPush>(),
+            )?,
             rule,
             always,
             layers,

@@ -125,5 +125,7 @@ fn place(fit: &Fit, side: f64, position: bool, ls: DVec3) -> Option<DVec2> {
     let w = if position { ls.z } else { 1.0 };
     let row = |row: [f32; 4]| (dvec(row) * DVec3::new(ls.x / w, ls.y / w, 1.0)).element_sum();
     let q = row(fit.row_w);
-    (w > 0.0 && q > 0.0).then(|| DVec2::new(row(fit.row_u), row(fit.row_v)) * (side / q))
+    let logarithm = f64::from(fit.texel[2]);
+    let v = if logarithm == 0.0 { row(fit.row_v) / q } else { logarithm * q.log2() };
+    (w > 0.0 && q > 0.0).then(|| DVec2::new(row(fit.row_u) / q, v) * side)
 }

@@ -57,8 +57,12 @@ fn directional_maps_match_the_reference() {
             "csm:resolution=2048,fit=frustum",
             "lispsm:resolution=2048,warp=always",
             "lispsm:resolution=2048,warp=always,distance=1000",
+            "lispsm:resolution=2048,warp=always,bias=slope",
             "tsm:resolution=2048,warp=always",
             "psm:resolution=2048",
+            "logpsm:resolution=2048",
+            "logpsm:resolution=2048,line=eye",
+            "logpsm:resolution=2048,warp=always,line=even",
             "silhouette:resolution=2048",
             "csm:resolution=1024,bias=midpoint",
             "csm:resolution=4096,fit=frustum,snap=true",
@@ -187,7 +191,7 @@ fn cascades_blend_where_they_meet() {
 }
 
 /// Whether the warp served, and the image.
-fn warped(lab: &Lab, spec: &str) -> (bool, Vec<f32>) {
+pub fn warped(lab: &Lab, spec: &str) -> (bool, Vec<f32>) {
     let mut method = method(lab, spec).unwrap();
     method.frame(lab).unwrap();
     let counters = method.statistics(lab).unwrap().counters;
@@ -202,7 +206,7 @@ fn warps_err_less_on_a_long_scene() {
     let reference = lab.reference(0, &|_| {}).unwrap();
     let mismatch = |visibility: &[f32]| compare(visibility, &reference).unwrap().mismatch;
     let uniform = mismatch(&draw(&lab, "uniform:resolution=512").0);
-    for spec in ["lispsm:resolution=512", "tsm:resolution=512", "psm:resolution=512"] {
+    for spec in ["lispsm:resolution=512", "tsm:resolution=512", "psm:resolution=512", "logpsm:resolution=512"] {
         let (serves, visibility) = warped(&lab, spec);
         let own = mismatch(&visibility);
         println!("{spec}: {own} %, uniform {uniform} %");
@@ -346,6 +350,8 @@ fn every_sample_lies_in_the_map_of_its_layer() {
                 "lispsm:resolution=512,warp=always",
                 "tsm:resolution=512,warp=always",
                 "psm:resolution=512,warp=always",
+                "logpsm:resolution=512,warp=always",
+                "logpsm:resolution=64,warp=always,filter=pcf",
                 "asm",
                 "asm_gpu",
                 "silhouette:resolution=64",
@@ -436,6 +442,7 @@ fn unserved_lights_are_refused() {
         (&point, "qvsm", "directional"),
         (&point, "tiled", "directional"),
         (&point, "psm", "directional"),
+        (&point, "logpsm", "directional"),
         (&cone, "asm", "directional"),
         (&point, "asm_gpu", "directional"),
         (&cone, "temporal", "directional"),
@@ -465,6 +472,7 @@ fn another_kind_of_light_is_refused_later() {
         "uniform:resolution=64",
         "csm:resolution=64",
         "lispsm:resolution=64",
+        "logpsm:resolution=64",
         "temporal:resolution=64",
         "hybrid:resolution=64",
         "silhouette:resolution=64",

@@ -81,7 +81,13 @@ fn sampling_errors_are_the_twins() {
     for (light, specs) in [
         (
             view.lights[0].clone(),
-            &["uniform:resolution=512", "lispsm:warp=always", "csm:resolution=256,blend=0.2", faces][..],
+            &[
+                "uniform:resolution=512",
+                "lispsm:warp=always",
+                "logpsm:warp=always",
+                "csm:resolution=256,blend=0.2",
+                faces,
+            ][..],
         ),
         (behind, &[faces]),
         (before, &[faces]),
@@ -191,6 +197,13 @@ fn warped_storage([near, far]: [f64; 2], n: f64, sine: f64, tan: f64) -> f64 {
     along * (first / last).max(last / first)
 }
 
+/// The same of a map that is logarithmic along the view (book, 4.33 to 4.35).
+fn logarithmic_storage([near, far]: [f64; 2], n: f64, sine: f64, tan: f64) -> f64 {
+    let f = n + (far - near) * sine;
+    let [first, last] = [n / near, f / far];
+    first.max(last) * (f / n).ln() / (2.0 * tan) * (first / last).max(last / first)
+}
+
 /// What `count` slices whose ends have the same ratio need together without and with a warp (book, 4.38 to 4.40 as corrected).
 fn slices_storage(ratio: f64, count: i32, tan: f64) -> [f64; 2] {
     let slice = ratio.powf(1.0 / f64::from(count));
@@ -218,11 +231,14 @@ fn storage_factors_are_those_of_the_formulas() {
         let extent = (far - near) * sine;
         let uniform = ratio * (ratio - 1.0) * sine / (2.0 * tan);
         let warped = |n| warped_storage([near, far], n, sine, tan);
+        let logarithmic = |n| logarithmic_storage([near, far], n, sine, tan);
         let cases = [
             ("uniform:resolution=1024", uniform),
             ("psm:resolution=1024,warp=always", warped(near * sine - cosine)),
             ("tsm:resolution=1024,warp=always", warped(0.12 * extent)),
             ("lispsm:resolution=1024,warp=always", warped((near + (near * (near + extent * sine)).sqrt()) / sine)),
+            ("logpsm:resolution=1024,warp=always", logarithmic(near * sine)),
+            ("logpsm:resolution=1024,warp=always,line=eye", logarithmic(near * sine - cosine)),
         ];
         let slices = slices_storage(ratio, 4, tan);
         let partitioned = [

@@ -261,6 +261,39 @@ pub fn huge_triangle(size: [u32; 2]) -> (Scene, View) {
     (b.finish(), view([0.3, 1.7, 17.0], [0.0, 0.9, 10.0], [0.3, -1.0, -0.2], size))
 }
 
+/// A sheet of `n` x `n` cells, askew, from over the eye to far before it, above a floor of two triangles.
+pub fn canopy(size: [u32; 2], n: u32) -> (Scene, View) {
+    let mut b = Builder::new("canopy");
+    b.add(OPAQUE, &sheet(1, |u, v| DVec3::new(120.0 * u - 60.0, 0.0, 120.0 * v - 60.0)));
+    b.add(
+        OPAQUE,
+        &sheet(n, |u, v| DVec3::new(-8.0, 3.0, 28.0) + u * DVec3::new(9.0, 0.6, 1.7) - v * DVec3::new(2.3, 0.4, 63.0)),
+    );
+    (b.finish(), view([0.3, 1.7, 17.0], [-0.4, 0.9, 10.0], [0.3, -1.0, -0.2], size))
+}
+
+/// Small plates over 90 m of flat ground under light from above, seen from eye height.
+pub fn plates(size: [u32; 2]) -> (Scene, View) {
+    let mut b = Builder::new("plates");
+    b.add(OPAQUE, &plane(50.0));
+    let mut lcg = Lcg(11);
+    for i in 0..400 {
+        let z = 42.0 - 90.0 * (f64::from(i) / 400.0).powi(2);
+        let (x, side) = (lcg.between(-0.6, 0.6) * (46.0 - z), 0.02 * (46.0 - z));
+        let (across, along) = (lcg.between(0.5, 1.5) * side, lcg.between(0.5, 1.5) * side);
+        let turn = lcg.between(0.0, 1.6);
+        let (sin, cos) = turn.sin_cos();
+        b.add(
+            OPAQUE,
+            &sheet(1, |u, v| {
+                let (p, q) = ((u - 0.5) * across, (v - 0.5) * along);
+                DVec3::new(x + cos * p - sin * q, 3.0, z + sin * p + cos * q)
+            }),
+        );
+    }
+    (b.finish(), view([0.3, 1.7, 44.0], [0.0, 1.0, 30.0], [0.0, -1.0, 0.0], size))
+}
+
 /// A floor under a larger roof, seen from between them: every sample that faces the light is in shadow.
 pub fn under_a_roof(size: [u32; 2]) -> (Scene, View) {
     let mut b = Builder::new("roof");
