@@ -53,6 +53,7 @@ mod temporal;
 pub(crate) mod tiled;
 mod tiles;
 pub(crate) mod tree;
+mod triangle_store;
 mod tsm;
 mod uniform;
 mod warp;
@@ -246,6 +247,7 @@ pub static METHODS: &[MethodInfo] = &[
     tiled::INFO,
     izb::INFO,
     silhouette::INFO,
+    triangle_store::INFO,
     hybrid::INFO,
     temporal::INFO,
     raytraced::INFO,
