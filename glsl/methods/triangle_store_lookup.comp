@@ -17,46 +17,70 @@ layout(constant_id = 16) const bool OWN = false;       // whether `owners` are t
 layout(constant_id = 17) const bool ALPHA = false;     // whether any caster is alpha tested
 layout(std430, binding = 17) readonly buffer Indices { uint indices[]; };
 
-const uint UNCOVERED_LIT = 0u;
+layout(std430, binding = 18) readonly buffer Adjacency { uint behind[]; };  // with UNCOVERED_WALK; see src/methods/triangle_store.rs
+
+const uint UNCOVERED_WALK = 0u;
 const uint UNCOVERED_DEPTH = 1u;
-const uint UNCOVERED_SMALL = 2u;
-const uint UNCOVERED_AGREE = 3u;
-const uint UNCOVERED_BOTH = 4u;
+const uint UNCOVERED_LIT = 2u;
 
-uvec3 vertices_of(vec2 stored) {
-    uint first = 3u * (uint(stored.y) - 1u);
-    return uvec3(indices[first], indices[first + 1u], indices[first + 2u]);
-}
+// Triangles of a walk: a texel's own, and as many behind it.
+const int STEPS = 12;
 
-// Whether a stored triangle lies between a sample and the light.
-bool shadows(vec2 stored, uint face, vec3 from, uvec2 own) {
-    if (stored.y == 0.0 || OWN && uvec2(stored) == own) {
-        return false;
-    }
-    uint index = uint(stored.x);
+// What a triangle says of the light's ray to a sample: whether the ray meets it before the sample, and the weights of its corners
+// where the ray meets its plane.
+bool shadows(uint index, uint triangle, uint face, vec3 from, uvec2 own, out vec3 weights) {
     Instance instance = instances[index];
-    Met met = Met(uint(stored.y) - 1u, vertices_of(stored), vec3(0.0));
-    uvec3 v = met.vertices;
+    uint first = 3u * triangle;
+    uvec3 v = uvec3(indices[first], indices[first + 1u], indices[first + 2u]);
     vec3 a = corner_at(face, instance, v.x), b = corner_at(face, instance, v.y), c = corner_at(face, instance, v.z);
-    bool hit = met_at(from, a, b, c, met.weights);
-    if (ALPHA && hit && (instance.flags & ALPHA_TESTED) != 0u) {
-        hit = solid(index, met);
+    bool met = met_at(from, a, b, c, weights) && !(OWN && uvec2(index, triangle + 1u) == own);
+    if (ALPHA && met && (instance.flags & ALPHA_TESTED) != 0u) {
+        met = solid(index, Met(triangle, v, weights));
     }
-    return hit;
+    return met;
 }
 
-// Whether the triangle of a texel is smaller than a texel, so that others may lie between it and the next.
-bool small(vec2 stored, uint face, Place p) {
-    if (stored.y == 0.0) {
-        return false;
+const int WALK_LIT = 0;
+const int WALK_SHADOWED = 1;
+const int WALK_LOST = 2;
+
+// From the triangle of a sample's texel over the mesh, edge by edge, to what the light's ray to the sample meets: lit where the
+// surface ends before, lost where it takes too long.
+int walk(uint index, uint triangle, uint face, vec3 from, uvec2 own) {
+    uint came = 0u;  // triangle + 1
+    for (int i = 0; i < STEPS; i++) {
+        vec3 weights;
+        if (shadows(index, triangle, face, from, own, weights)) {
+            return WALK_SHADOWED;
+        }
+        // seen edge-on it has no weights
+        if (!(weights.x + weights.y + weights.z > 0.0)) {
+            return WALK_LOST;
+        }
+        uint next = 0u;
+        float least = 0.0;
+        bool outside = false;
+        for (int e = 0; e < 3; e++) {
+            uint other = behind[3u * triangle + uint(e)];
+            bool beyond = weights[e] < 0.0;
+            // the surface folds over at the edge that was crossed
+            if (beyond && other == came && came != 0u) {
+                return WALK_LIT;
+            }
+            outside = outside || beyond;
+            if (other != 0u && weights[e] < least) {
+                least = weights[e];
+                next = other;
+            }
+        }
+        // it ends here, or lies behind the sample, or is cut away
+        if (!outside || next == 0u) {
+            return WALK_LIT;
+        }
+        came = triangle + 1u;
+        triangle = next - 1u;
     }
-    Instance instance = instances[uint(stored.x)];
-    uvec3 v = vertices_of(stored);
-    vec3 a = corner_at(face, instance, v.x), b = corner_at(face, instance, v.y), c = corner_at(face, instance, v.z);
-    vec2 ta = a.xy / divisor(a.z), tb = b.xy / divisor(b.z), tc = c.xy / divisor(c.z);
-    float twice = abs((tb.x - ta.x) * (tc.y - ta.y) - (tb.y - ta.y) * (tc.x - ta.x));
-    float limit = UNCOVERED == UNCOVERED_SMALL ? 1.0 : UNCOVERED == UNCOVERED_AGREE ? 4.0 : 16.0;
-    return 0.5 * twice * divisor(p.ls.z) * divisor(p.ls.z) < limit * p.size.x * p.size.y;
+    return WALK_LOST;
 }
 
 bool lit_by_stored(uint layer, uvec2 pixel, Sample s, Place p, Held held) {
@@ -67,18 +91,23 @@ bool lit_by_stored(uint layer, uvec2 pixel, Sample s, Place p, Held held) {
     uvec2 own = OWN ? texelFetch(owners, ivec2(pixel), 0).xy : uvec2(0u);
     int side = 2 * SEARCHED + 1;
     vec2 before = vec2(0.0);
+    vec3 weights;
     for (int i = 0; i < side * side; i++) {
         ivec2 texel = clamp(middle + ivec2(i % side, i / side) - SEARCHED, ivec2(0), last);
         vec2 stored = texelFetch(second_map, ivec3(texel, layer), 0).rg;
         // neighbours often hold the same triangle
-        if (stored != before && shadows(stored, face, from, own)) {
+        if (stored != before && stored.y > 0.0 && shadows(uint(stored.x), uint(stored.y) - 1u, face, from, own, weights)) {
             return false;
         }
         before = stored;
     }
-    bool trusted = UNCOVERED != UNCOVERED_LIT;
-    if (UNCOVERED >= UNCOVERED_SMALL) {
-        trusted = small(texelFetch(second_map, ivec3(middle, layer), 0).rg, face, p);
+    vec2 stored = texelFetch(second_map, ivec3(middle, layer), 0).rg;
+    if (UNCOVERED == UNCOVERED_LIT || stored.y == 0.0) {
+        return true;
     }
-    return !trusted || lit_by(layer, held, middle);
+    int found = WALK_LOST;
+    if (UNCOVERED == UNCOVERED_WALK) {
+        found = walk(uint(stored.x), uint(stored.y) - 1u, face, from, own);
+    }
+    return found == WALK_LIT || found == WALK_LOST && lit_by(layer, held, middle);
 }

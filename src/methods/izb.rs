@@ -88,13 +88,7 @@ struct Grid {
 }
 
 impl Grid {
-    fn new(
-        spec: &MethodSpec,
-        lab: &Lab,
-        screen: &Screen,
-        light: &Light,
-        settings: Settings,
-    ) -> Result<Self, LabError> {
+    fn new(spec: &MethodSpec, lab: &Lab, screen: &Screen, light: &Light, settings: Settings) -> Result<Self, LabError> {
         let Settings { resolution, samples, .. } = settings;
         let (gpu, kind, layers) = (lab.gpu(), map_light::kind(light), map_light::layers(light));
         let side = (f64::from(resolution) / f64::from(layers).sqrt()) as u32;

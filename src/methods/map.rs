@@ -1,8 +1,8 @@
 //! What the methods that draw fitted maps share: the layers of one light's map with their passes, and a frame of them.
 
 use super::comparison::{BiasKind, Comparison};
-use super::map_fit::{ANGLES, least_area};
 use super::izb_owner::Owners;
+use super::map_fit::{ANGLES, least_area};
 use super::map_light::Kind;
 use super::polygon_ids::PolygonIds;
 use super::silhouette_edges::Edges;
@@ -364,8 +364,7 @@ impl Map {
         if bias == BiasKind::Ids && tiled {
             return Err(LabError::Refused(format!("'{spec}': bias=ids does not serve maps of tiles")));
         }
-        let ids =
-            (bias == BiasKind::Ids).then(|| PolygonIds::new(spec, lab, (&shape, kind), &draw)).transpose()?;
+        let ids = (bias == BiasKind::Ids).then(|| PolygonIds::new(spec, lab, (&shape, kind), &draw)).transpose()?;
         // with a side left out every fragment is tested
         let depth_compare = vk::CompareOp::GREATER_OR_EQUAL;
         let state = |tested| GraphicsState {
@@ -771,11 +770,7 @@ pub(super) fn memory(screen: &Screen, maps: &[Map]) -> Vec<(&'static str, u64)> 
             }),
         ),
         ("screen", screen.bytes() + sum(|m| m.visibility.bytes)),
-        (
-            "other",
-            screen.frame.size
-                + sum(|m| m.fitted.bytes() + m.tiles.as_ref().map_or(0, |tiles| tiles.bytes)),
-        ),
+        ("other", screen.frame.size + sum(|m| m.fitted.bytes() + m.tiles.as_ref().map_or(0, |tiles| tiles.bytes))),
     ];
     if let Some(edges) = &screen.edges {
         memory.push(("silhouettes", sum(|m| m.silhouettes.as_ref().map_or(0, SilhouetteMap::bytes))));

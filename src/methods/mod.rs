@@ -70,6 +70,8 @@ pub use silhouette::SilhouetteStage;
 #[doc(hidden)]
 pub use silhouette_edges::Outline;
 pub use spec::MethodSpec;
+#[doc(hidden)]
+pub use triangle_store::{Stored as StoredTriangles, stored as stored_triangles};
 
 use crate::Light;
 use crate::gpu::{Buffer, Image};

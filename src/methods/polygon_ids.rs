@@ -65,6 +65,12 @@ impl PolygonIds {
         })
     }
 
+    /// What the last frame left in all layers: instance and triangle + 1 of each texel.
+    pub(super) fn held(&self, lab: &Lab) -> Result<Vec<[u32; 2]>, LabError> {
+        let held: Vec<[f32; 2]> = bytemuck::pod_collect_to_vec(&lab.read_image(&self.map, Access::LookupRead, 8)?);
+        Ok(held.into_iter().map(|of| of.map(|v| v as u32)).collect())
+    }
+
     /// Draws the map, depths into `map`; leaves both for lookups.
     pub(super) fn draw(&self, lab: &Lab, cmd: vk::CommandBuffer, map: &Image) {
         use Access::{ColorAttachment, DepthAttachment, LookupRead};
