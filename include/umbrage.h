@@ -482,8 +482,11 @@ typedef struct UmbrageMaterial {
     uint32_t wrap;
     // A point is cut away where alpha < cutoff; 0 for opaque materials, 0.5 for BLEND.
     float alpha_cutoff;
+    // 1: the surface holds back the share `alpha` of the light, where a method can tell; others test it against the cutoff. 0: it
+    // holds back all.
+    uint32_t translucent;
     // Zero.
-    uint32_t pad[3];
+    uint32_t pad[2];
 } UmbrageMaterial;
 
 // One instanced draw: a mesh with all its instances.

@@ -112,8 +112,11 @@ pub struct Material {
     pub wrap: u32,
     /// A point is cut away where alpha < cutoff; 0 for opaque materials, 0.5 for BLEND.
     pub alpha_cutoff: f32,
+    /// 1: the surface holds back the share `alpha` of the light, where a method can tell; others test it against the cutoff. 0: it
+    /// holds back all.
+    pub translucent: u32,
     /// Zero.
-    pub pad: [u32; 3],
+    pub pad: [u32; 2],
 }
 
 impl Material {
@@ -127,7 +130,8 @@ impl Material {
         height: 0,
         wrap: 0,
         alpha_cutoff: 0.0,
-        pad: [0; 3],
+        translucent: 0,
+        pad: [0; 2],
     };
 }
 

@@ -121,6 +121,7 @@ fn usage_errors() {
         ("render --out o --method uniform:resolution=99999", &["'99999'", "resolution", "allowed"]),
         ("render --out o --method rmsm:level=odd", &["'odd'", "area", "min_length"]),
         ("render --out o --method csm:snap=true", &["snap=true", "fit=frustum"]),
+        ("render --out o --method csm:partition=faces,blend=0.1", &["partition=faces and a blend", "partition=depth"]),
         ("render --out o --method csm:warp=auto,fit=frustum", &["has a warp", "warp=none with fit=frustum"]),
         ("render --out o --method uniform:bias=second,cull=back", &["bias=second", "cull", "allowed is none"]),
         ("render --out o --method csm:bias=slope,filter=pcf", &["bias=slope", "filter", "filter=hard"]),

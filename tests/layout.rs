@@ -61,7 +61,7 @@ fn scene_structs_are_those_of_the_shaders() {
     assert_layout::<Material>(
         &all,
         "Material",
-        fields!(Material, base_color uv_row0 uv_row1 texel_offset width height wrap alpha_cutoff pad),
+        fields!(Material, base_color uv_row0 uv_row1 texel_offset width height wrap alpha_cutoff translucent pad),
     );
 }
 
@@ -106,11 +106,11 @@ fn map_structs_are_those_of_the_shaders() {
     assert_layout::<MapLight>(&all, "MapLight", fields!(MapLight, faces eye depth rule));
     let counts = fields!(TileCounts, groups items opaque masked dropped);
     assert_layout::<TileCounts>(&all, "TileCounts", counts);
-    let warp = fields!(WarpRecord, bounds slopes depths costs middle line distance extent warped pad fit);
+    let warp = fields!(WarpRecord, bounds slopes depths costs middle line distance extent warped through_eye axis sine pad fit);
     assert_layout::<WarpRecord>(&all, "Warp", warp);
     let measure = committed("methods/warp_measure.comp");
-    assert_layout::<WarpMeasure>(&measure, "Push", fields!(WarpMeasure, axis step resolution));
-    let push = fields!(WarpPush, axis step resolution border sine parameter always);
+    assert_layout::<WarpMeasure>(&measure, "Push", fields!(WarpMeasure, step resolution));
+    let push = fields!(WarpPush, step resolution border parameter always);
     assert_layout::<WarpPush>(&committed("methods/warp_choose.comp"), "Push", push);
     let jitter = committed("methods/temporal_jitter.comp");
     assert_layout::<TemporalJitter>(&jitter, "Push", fields!(TemporalJitter, turn shift));
@@ -122,7 +122,7 @@ fn map_structs_are_those_of_the_shaders() {
     }
     let error = fields!(SamplingError, s t perspective_s perspective_t part);
     assert_layout::<SamplingError>(&all, "SamplingError", error);
-    assert_layout::<Slices>(&all, "Slices", fields!(Slices, extremes outside splits));
+    assert_layout::<Slices>(&all, "Slices", fields!(Slices, extremes outside splits exits));
     assert_layout::<Edge>(&all, "Edge", fields!(Edge, ends first count));
     assert_layout::<EdgeRun>(&all, "EdgeRun", fields!(EdgeRun, instance first count));
     assert_eq!(offset_of!(MapLight, rule) + 16, size_of::<MapLight>());

@@ -8,7 +8,7 @@ use builder::{Doc, F32, Folder, I16, Random, U8, U16, U32, base64};
 use glam::{DVec3, Vec3, Vec4};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
-use umbrage::scene::{self, CLUSTER_TRIANGLES, LoadOptions, NO_TEXTURE, Scene, SceneError};
+use umbrage::scene::{self, Blend, CLUSTER_TRIANGLES, LoadOptions, NO_TEXTURE, Scene, SceneError};
 
 fn load_with(doc: &Doc, options: &LoadOptions) -> Result<Scene, SceneError> {
     let folder = Folder::new();
@@ -342,23 +342,28 @@ fn many_textures_fit_or_fail() {
 
 #[test]
 fn alpha_classes() {
-    // mode, cutoff, factor, texture alphas, vertex alpha, blend_casts; expected: tested and casts, or dropped
-    type Case = (&'static str, Option<f32>, f32, [u8; 2], u8, bool, Option<(bool, bool)>);
-    let cases: [Case; 12] = [
-        ("OPAQUE", None, 0.1, [0, 0], 0, true, Some((false, true))),
-        ("MASK", None, 1.0, [0, 255], 255, true, Some((true, true))),
-        ("MASK", None, 1.0, [255, 255], 255, true, Some((false, true))),
-        ("MASK", None, 1.0, [128, 255], 255, true, Some((false, true))),
-        ("MASK", None, 1.0, [127, 255], 255, true, Some((true, true))),
-        ("MASK", None, 0.4, [0, 255], 255, true, None),
-        ("MASK", Some(0.25), 0.4, [0, 255], 255, true, Some((true, true))),
-        ("MASK", None, 1.0, [0, 255], 100, true, None),
-        ("MASK", Some(0.0), 1.0, [0, 255], 255, true, Some((false, true))),
-        ("MASK", Some(1.5), 1.0, [255, 255], 255, true, None),
-        ("BLEND", Some(0.9), 0.6, [255, 255], 255, true, Some((false, true))),
-        ("BLEND", None, 0.6, [0, 255], 255, false, Some((true, false))),
+    use Blend::{Ignored, Tested, Translucent};
+    // mode, cutoff, factor, texture alphas, vertex alpha, blend; expected: tested and casts, or dropped
+    type Case = (&'static str, Option<f32>, f32, [u8; 2], u8, Blend, Option<(bool, bool)>);
+    let cases: [Case; 16] = [
+        ("OPAQUE", None, 0.1, [0, 0], 0, Tested, Some((false, true))),
+        ("MASK", None, 1.0, [0, 255], 255, Tested, Some((true, true))),
+        ("MASK", None, 1.0, [255, 255], 255, Tested, Some((false, true))),
+        ("MASK", None, 1.0, [128, 255], 255, Tested, Some((false, true))),
+        ("MASK", None, 1.0, [127, 255], 255, Tested, Some((true, true))),
+        ("MASK", None, 0.4, [0, 255], 255, Tested, None),
+        ("MASK", Some(0.25), 0.4, [0, 255], 255, Tested, Some((true, true))),
+        ("MASK", None, 1.0, [0, 255], 100, Tested, None),
+        ("MASK", Some(0.0), 1.0, [0, 255], 255, Tested, Some((false, true))),
+        ("MASK", Some(1.5), 1.0, [255, 255], 255, Tested, None),
+        ("BLEND", Some(0.9), 0.6, [255, 255], 255, Tested, Some((false, true))),
+        ("BLEND", None, 0.6, [0, 255], 255, Ignored, Some((true, false))),
+        ("BLEND", None, 0.4, [0, 255], 255, Tested, None),
+        ("BLEND", None, 0.4, [0, 255], 255, Translucent, Some((true, true))),
+        ("BLEND", None, 1.0, [255, 255], 255, Translucent, Some((false, true))),
+        ("MASK", None, 0.4, [0, 255], 255, Translucent, None),
     ];
-    for (mode, cutoff, factor, alphas, vertex, blend_casts, want) in cases {
+    for (mode, cutoff, factor, alphas, vertex, blend, want) in cases {
         let pbr = json!({"baseColorTexture": {}, "baseColorFactor": [1.0, 1.0, 1.0, factor]});
         let mut material = json!({"alphaMode": mode, "pbrMetallicRoughness": pbr});
         if let Some(cutoff) = cutoff {
@@ -372,18 +377,19 @@ fn alpha_classes() {
         // a second mesh keeps the scene from being empty
         doc.mesh(json!({"attributes": {"POSITION": 0}}));
         doc.push("nodes", json!({"mesh": 1}));
-        let scene = load_with(&doc, &LoadOptions { blend_casts, ..LoadOptions::default() }).unwrap();
+        let scene = load_with(&doc, &LoadOptions { blend, ..LoadOptions::default() }).unwrap();
         let shown = (scene.meshes.len() == 2).then(|| (scene.meshes[0].alpha_tested, scene.meshes[0].casts));
         assert_eq!(shown, want, "{mode} {cutoff:?} {factor} {alphas:?} {vertex}");
         if want.is_some() {
             assert_eq!(scene.attributes[0].color, u32::from(vertex) << 24 | 255);
-            let stored = scene.materials[scene.meshes[0].material as usize].alpha_cutoff;
+            let stored = scene.materials[scene.meshes[0].material as usize];
+            assert_eq!(stored.translucent, u32::from(mode == "BLEND" && blend == Translucent));
             let cutoff = match mode {
                 "OPAQUE" => 0.0,
                 "BLEND" => 0.5,
                 _ => cutoff.unwrap_or(0.5),
             };
-            assert_eq!(stored, cutoff);
+            assert_eq!(stored.alpha_cutoff, cutoff);
         } else {
             assert_eq!(
                 scene.warnings,

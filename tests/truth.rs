@@ -143,9 +143,9 @@ fn tent_alpha(m: &Material, texels: &[u32], uv: [f64; 2]) -> f64 {
     (0..wy.len()).map(|y| wy[y] * sum_row(y)).sum()
 }
 
-/// Moeller-Trumbore over everything; `None` when the answer hangs on rounding.
-fn brute_force(scene: &Scene, origin: DVec3, direction: DVec3, t_max: f64) -> Option<bool> {
-    let mut found = false;
+/// The share of the light that passes, by Moeller-Trumbore over everything; `None` when the answer hangs on rounding.
+fn brute_force(scene: &Scene, origin: DVec3, direction: DVec3, t_max: f64) -> Option<f64> {
+    let mut passes = 1.0;
     for mesh in scene.meshes.iter().filter(|m| m.casts) {
         let m = &scene.materials[mesh.material as usize];
         for instance in &scene.instances[mesh.first_instance as usize..][..mesh.instance_count as usize] {
@@ -176,8 +176,12 @@ fn brute_force(scene: &Scene, origin: DVec3, direction: DVec3, t_max: f64) -> Op
                     let mix = |f: &dyn Fn(&Attributes) -> f64| (1.0 - u - v) * f(&a[0]) + u * f(&a[1]) + v * f(&a[2]);
                     let uv = [mix(&|a| a.uv[0].into()), mix(&|a| a.uv[1].into())];
                     let vertex = mix(&|a| f64::from(a.color >> 24) / 255.0);
-                    let over = f64::from(m.base_color[3]) * vertex * tent_alpha(m, &scene.texels, uv)
-                        - f64::from(m.alpha_cutoff);
+                    let alpha = f64::from(m.base_color[3]) * vertex * tent_alpha(m, &scene.texels, uv);
+                    if m.translucent == 1 {
+                        passes *= 1.0 - alpha;
+                        continue;
+                    }
+                    let over = alpha - f64::from(m.alpha_cutoff);
                     if over.abs() < 1e-3 {
                         return None;
                     }
@@ -185,11 +189,11 @@ fn brute_force(scene: &Scene, origin: DVec3, direction: DVec3, t_max: f64) -> Op
                         continue;
                     }
                 }
-                found = true;
+                passes = 0.0;
             }
         }
     }
-    Some(found)
+    Some(passes)
 }
 
 #[test]
@@ -213,7 +217,8 @@ fn tracer_equals_brute_force() {
                 let origin = 3.0 * random.vec().as_dvec3();
                 let direction = (2.0 * random.vec().as_dvec3() - origin) * 10f64.powi(random.bits() as i32 % 3);
                 let t_max = if random.bits() < 1 << 31 { f64::INFINITY } else { f64::from(2.0 * random.unit()) };
-                let Some(want) = brute_force(&scene, origin, direction, t_max) else { continue };
+                let Some(passes) = brute_force(&scene, origin, direction, t_max) else { continue };
+                let want = passes == 0.0;
                 if want {
                     hits += 1
                 } else {
@@ -242,6 +247,35 @@ fn tracer_equals_brute_force() {
         }
     }
     assert!(total.0 > 800 && total.1 > 800, "hits and misses: {total:?}");
+}
+
+#[test]
+fn transmittance_is_the_product_over_all_casters() {
+    let (mut shares, mut dark, mut clear) = (0, 0, 0);
+    for (seed, triangles, instances) in [(1, 5, 1), (2, 40, 1), (3, 6, 9)] {
+        let mut random = Random(seed);
+        let mut scene = soup(&mut random, triangles, instances, 0b0101, true);
+        scene.materials.iter_mut().filter(|m| m.alpha_cutoff > 0.0).for_each(|m| m.translucent = 1);
+        let tracers = [Tracer::new(&scene), Tracer::with_flat_limit(&scene, 0)];
+        for _ in 0..1000 {
+            let origin = 3.0 * random.vec().as_dvec3();
+            let direction = 2.0 * random.vec().as_dvec3() - origin;
+            let t_max = if random.bits() < 1 << 31 { f64::INFINITY } else { f64::from(2.0 * random.unit()) };
+            let Some(want) = brute_force(&scene, origin, direction, t_max) else { continue };
+            for (k, tracer) in tracers.iter().enumerate() {
+                let got = tracer.transmittance(origin, direction, t_max);
+                assert!((got - want).abs() < 1e-5, "seed {seed} tracer {k}: {got}, not {want}");
+                let dark = tracer.occluded(origin, direction, t_max);
+                assert!(dark == (want < 0.5) || (want - 0.5).abs() < 1e-5, "seed {seed} tracer {k}: {want}");
+            }
+            match want {
+                0.0 => dark += 1,
+                1.0 => clear += 1,
+                _ => shares += 1,
+            }
+        }
+    }
+    assert!(shares > 300 && dark > 100 && clear > 300, "{shares} shares, {dark} dark, {clear} clear");
 }
 
 #[test]

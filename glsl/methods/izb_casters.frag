@@ -10,6 +10,9 @@
 #include "methods/compared.glsl"
 layout(constant_id = 8) const bool OWN = false;  // whether `owners` are there
 layout(binding = 12) uniform usampler2D owners;  // see izb_owner.glsl
+layout(constant_id = 9) const bool TRANSLUCENT = false;  // whether casters may let a share of the light through
+#define HELD_BACK_BINDING 13
+#include "methods/izb_held_back.glsl"
 
 // Tests each sample of a texel against a caster, exactly. The order of casters and of samples changes nothing.
 layout(location = 0) flat in vec3 corner_a;
@@ -35,7 +38,13 @@ void main() {
         }
         if (met && ALPHA) {
             uvec3 vertices = uvec3(indices[3u * triangle], indices[3u * triangle + 1u], indices[3u * triangle + 2u]);
-            met = solid(instance_index, Met(triangle, vertices, weights));
+            Met point = Met(triangle, vertices, weights);
+            Material material = materials[instances[instance_index].material];
+            if (TRANSLUCENT && material.translucent == 1u) {
+                met = hold_back(number, alpha_of(material, point));
+            } else {
+                met = solid(instance_index, point);
+            }
         }
         if (met) {
             atomicOr(shadowed[number / SAMPLES], 1u << (number % SAMPLES));

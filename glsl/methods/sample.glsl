@@ -13,12 +13,27 @@ layout(constant_id = 5) const float BLEND = 0.0;  // share of a slice at whose e
 struct Sample {
     vec3 from_eye;
     vec3 normal;  // world space
-    uint layer;   // cascade or cube face it belongs to
+    uint layer;   // cascade, face of the frustum or of a cube it belongs to
     float next;   // weight of the next cascade
 };
 
-// The layer of a sample: the slice of depth, or the face through which a light with a position sees it.
+// The face of the view frustum, in front of whose near plane no sample is, through which the light's line through a sample leaves it.
+uint frustum_face(vec3 from_eye, float depth) {
+    uint face = 0u;
+    precise float least = exits[0].w * (depth - uintBitsToFloat(~extremes[1]));
+    for (uint i = 1u; i < 5u; i++) {
+        precise float way = dot(exits[i].xyz, from_eye) + exits[i].w;
+        face = way < least ? i : face;
+        least = min(way, least);
+    }
+    return face;
+}
+
+// The layer of a sample: the slice of depth, the face of the view frustum, or the face through which a light with a position sees it.
 uint layer_of(vec3 from_eye, float depth) {
+    if (LAYERS > 1u && exits[0].w != 0.0) {
+        return frustum_face(from_eye, depth);
+    }
     uint layer = 0u;
     float greatest = light_space(0u, from_eye).z;
     for (uint i = 1u; i < LAYERS; i++) {

@@ -1,5 +1,5 @@
 // A perspective warp of a layer of a parallel light's map (book, 4.2): texels shrink towards a line across the light, `distance` before the
-// nearest sample along `axis`, the view direction as the light sees it. The includer declares fit.glsl and WARP_BINDING.
+// nearest sample along `axis`. The includer declares fit.glsl and WARP_BINDING.
 struct Warp {
     uint bounds[4];   // of the samples, across and along: the greatest negated coordinates, the greatest coordinates; ordered bits
     uint slopes[2];   // the same of across / along as seen from the line's middle
@@ -10,7 +10,10 @@ struct Warp {
     float distance;   // from the line to the nearest sample
     float extent;     // of the samples along the axis
     uint warped;      // whether the warp serves
-    uint pad;
+    uint through_eye; // whether depths grow along the axis from 0 at the eye, as on a side of the view frustum; `bounds` then hold across / along
+    vec2 axis;        // unit vector across the light: the view direction as the light sees it, or the way in which depths grow on a side
+    float sine;       // of the angle between view and light, 1 for a side; 0: no axis
+    float pad;
     Fit fit;
 };
 

@@ -9,11 +9,9 @@ layout(constant_id = 0) const uint RULE = 0u;  // RULE_*
 #include "methods/warp.glsl"
 layout(std430, binding = 1) buffer Fits { Fit fits[]; };
 layout(push_constant) uniform Push {
-    vec2 axis;
     uint step;         // STEP_* whose measures are there
     float resolution;
     float border;      // texels
-    float sine;        // of the angle between view and light
     float parameter;   // of the rule
     uint always;       // 1: the warp serves even where it gains nothing
 };
@@ -29,11 +27,12 @@ void choose_line() {
     vec2 low = -vec2(unordered(warp.bounds[0]), unordered(warp.bounds[1]));
     vec2 high = vec2(unordered(warp.bounds[2]), unordered(warp.bounds[3]));
     float extent = high.y - low.y;
-    float near = uintBitsToFloat(~warp.depths[0]);
+    // depths as the axis has them
+    float near = warp.through_eye == 1u ? max(low.y, 0.0) : uintBitsToFloat(~warp.depths[0]);
     float distance = parameter;
     float middle = 0.5 * (low.x + high.x);
     if (RULE == RULE_LISPSM) {
-        distance = (near + sqrt(near * (near + extent * sine))) / sine;
+        distance = (near + sqrt(near * (near + extent * warp.sine))) / warp.sine;
     } else if (RULE == RULE_PSM) {
         distance = low.y;
         middle = 0.0;
@@ -42,8 +41,9 @@ void choose_line() {
     }
     // no closer: nothing may lie on the line
     warp.distance = max(distance, 1e-3 * extent);
-    warp.middle = middle;
     warp.line = low.y - warp.distance;
+    // a side widens from the eye: on the line where its middle comes from
+    warp.middle = warp.through_eye == 1u ? warp.line * middle : middle;
     warp.extent = extent;
 }
 
@@ -52,15 +52,15 @@ void fit_warp() {
     float n = warp.distance;
     vec2 slopes = vec2(-unordered(warp.slopes[0]), unordered(warp.slopes[1]));
     // w is 2 at the nearest sample, so that it is above 1 in the border too: stored depths stay below 1
-    vec3 across = vec3(axis.y, -axis.x, -warp.middle) * (2.0 / n);
-    vec3 along = vec3(axis, -warp.line) * (2.0 / n);
+    vec3 across = vec3(warp.axis.y, -warp.axis.x, -warp.middle) * (2.0 / n);
+    vec3 along = vec3(warp.axis, -warp.line) * (2.0 / n);
     float grown = resolution / (resolution - 2.0 * border);
     vec2 size = max(vec2(slopes.y - slopes.x, warp.extent / (n + warp.extent)), vec2(1e-6)) * grown;
     vec2 low = 0.5 * (vec2(slopes.x + slopes.y, warp.extent / (n + warp.extent)) - size);
     warp.fit.row_w = vec4(along, 0.0);
     warp.fit.row_u = vec4((across - low.x * along) / size.x, 0.0);
     // the way from the nearest sample over along
-    vec3 from_nearest = vec3(axis, unordered(warp.bounds[1])) * (2.0 / n);
+    vec3 from_nearest = vec3(warp.axis, unordered(warp.bounds[1])) * (2.0 / n);
     warp.fit.row_v = vec4((from_nearest - low.y * along) / size.y, 0.0);
     warp.fit.texel = vec4(size * n / resolution, 0.0, 0.0);
 }
@@ -69,7 +69,7 @@ void main() {
     uint layer = gl_WorkGroupID.x;
     warp = warps[layer];
     // without samples, or with a light along the view, there is no axis
-    if (warp.bounds[0] == 0u || sine < 1e-3) {
+    if (warp.bounds[0] == 0u || warp.sine < 1e-3) {
         return;
     }
     if (step == STEP_BOUNDS) {

@@ -12,7 +12,6 @@ layout(local_size_x = 64) in;
 #include "methods/columns.glsl"
 layout(std430, binding = 6) readonly buffer Fits { Fit fits[]; };
 layout(push_constant) uniform Push {
-    vec2 axis;  // unit vector across the light
     uint step;  // STEP_*
     float resolution;
 };
@@ -34,6 +33,8 @@ float cost(Fit fit, vec2 t, mat2 pixels) {
 
 void measure(uint layer) {
     float middle = warps[layer].middle, line = warps[layer].line;
+    vec2 axis = warps[layer].axis;
+    bool through_eye = warps[layer].through_eye == 1u;
     vec4 most = vec4(-1e30);
     vec2 depths = vec2(0.0, 1e30);
     float costs[2] = float[2](0.0, 0.0);
@@ -49,6 +50,8 @@ void measure(uint layer) {
         vec2 t = light_space(0u, s.from_eye).xy;
         vec2 at = vec2(dot(vec2(axis.y, -axis.x), t), dot(axis, t));
         if (step == STEP_BOUNDS) {
+            // a sample lies before the eye but for rounding
+            at.x /= through_eye ? max(at.y, 1e-6 * abs(at.x)) : 1.0;
             most = max(most, vec4(-at, at));
             depths = vec2(max(depths.x, depth), min(depths.y, depth));
         } else if (step == STEP_SLOPES) {

@@ -27,8 +27,8 @@ struct Met {
     vec3 weights;
 };
 
-// Whether a point is not cut away.
-bool solid(uint instance, Met met) {
+// Alpha of a point.
+float alpha_of(Material material, Met met) {
     vec2 uv = vec2(0.0);
     float alpha = 0.0;
     for (int i = 0; i < 3; i++) {
@@ -36,8 +36,13 @@ bool solid(uint instance, Met met) {
         uv += met.weights[i] * uintBitsToFloat(uvec2(attributes[at], attributes[at + 1u]));
         alpha += met.weights[i] * float(attributes[at + 2u] >> 24);
     }
+    return base_color(material, uv, vec4(1.0, 1.0, 1.0, alpha / 255.0)).a;
+}
+
+// Whether a point is not cut away.
+bool solid(uint instance, Met met) {
     Material material = materials[instances[instance].material];
-    return base_color(material, uv, vec4(1.0, 1.0, 1.0, alpha / 255.0)).a >= material.alpha_cutoff;
+    return alpha_of(material, met) >= material.alpha_cutoff;
 }
 
 // A triangle that a ray lies on: instance, triangle of the scene, and how far before or after the ray's origin.

@@ -155,7 +155,8 @@ struct Material {
     uint height;
     uint wrap;
     float alpha_cutoff;
-    uint pad[3];
+    uint translucent;  // 1: alpha is the share of the light that it holds back
+    uint pad[2];
 };
 
 struct Pair {

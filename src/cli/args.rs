@@ -1,10 +1,10 @@
 //! What can be typed after `umbrage`.
 
 use super::sweep::Sweep;
-use clap::{ArgAction, Parser, Subcommand};
+use clap::{Parser, Subcommand, ValueEnum};
 use std::path::{Path, PathBuf};
 use umbrage::methods::{self, MethodSpec};
-use umbrage::scene::MAX_COPIES;
+use umbrage::scene::{Blend, MAX_COPIES};
 use umbrage::view::{CameraPath, MAX_SIDE, MAX_SYNTHETIC_LIGHTS, PATH_NAMES};
 use umbrage::window::Pace;
 
@@ -95,15 +95,34 @@ pub struct Common {
     /// Number of the device as `umbrage info` lists it; without it the best usable one.
     #[arg(long, value_name = "N")]
     pub device: Option<usize>,
-    /// Whether BLEND materials cast shadows.
-    #[arg(long, value_name = "true|false", default_value_t = true, action = ArgAction::Set)]
-    pub blend_casts: bool,
+    /// What BLEND materials are as casters: tested (all or nothing, by alpha 0.5), ignored, or translucent (they hold back the
+    /// share alpha of the light for methods that can tell and the reference).
+    #[arg(long, default_value = "tested")]
+    pub blend: BlendArg,
     /// Turns on the Vulkan validation layer; any message of it is an error.
     #[arg(long)]
     pub validation: bool,
     /// Prints nothing but errors.
     #[arg(long)]
     pub quiet: bool,
+}
+
+/// [`Blend`] as it is typed.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum BlendArg {
+    Tested,
+    Ignored,
+    Translucent,
+}
+
+impl From<BlendArg> for Blend {
+    fn from(typed: BlendArg) -> Self {
+        match typed {
+            BlendArg::Tested => Blend::Tested,
+            BlendArg::Ignored => Blend::Ignored,
+            BlendArg::Translucent => Blend::Translucent,
+        }
+    }
 }
 
 #[derive(Debug, clap::Args)]

@@ -1,7 +1,7 @@
 //! The figures by which methods are compared: what each is called, what it means, and how it is written.
 
 use super::print;
-use super::results::{Errors, Row};
+use super::results::{Errors, Row, SamplingErrors};
 use umbrage::truth::CoverageError;
 
 /// What a figure is.
@@ -57,6 +57,24 @@ const COVERAGE: [Column; 2] = [
     Column { name: "on edges %", meaning: "The same over the pixels that are partly lit.", decimals: 2 },
 ];
 
+const SAMPLING: [Column; 6] = [
+    Column {
+        name: "undersampled %",
+        meaning: "The share of samples with a side of a texel longer than a pixel.",
+        decimals: 2,
+    },
+    Column {
+        name: "storage factor",
+        meaning: "The texels a pixel of the image that the map would need so that no side of a texel is longer than a pixel, the \
+                  tilt of surfaces left out.",
+        decimals: 2,
+    },
+    Column { name: "s median", meaning: "The sides of texels along the map's first axis, in pixels.", decimals: 3 },
+    Column { name: "s 95 %", meaning: "What 95 percent of them do not exceed.", decimals: 3 },
+    Column { name: "t median", meaning: "The same along its second axis.", decimals: 3 },
+    Column { name: "t 95 %", meaning: "What 95 percent of these do not exceed.", decimals: 3 },
+];
+
 /// One value of a column.
 #[derive(Debug)]
 pub struct Figure {
@@ -84,6 +102,11 @@ pub fn of_row(row: &Row) -> Vec<Figure> {
 /// The errors alone: those of one light.
 pub fn of_errors(e: &Errors) -> Vec<Figure> {
     figures(&ERRORS, [e.mismatch, e.edge_error, e.off_edge, e.lost])
+}
+
+/// How large texels look to one light.
+pub fn of_sampling(e: &SamplingErrors) -> Vec<Figure> {
+    figures(&SAMPLING, [e.undersampled, e.storage_factor, e.s.median, e.s.p95, e.t.median, e.t.p95])
 }
 
 fn figures<const N: usize>(columns: &'static [Column; N], values: [f64; N]) -> Vec<Figure> {

@@ -7,7 +7,7 @@ pub use shell::this_command;
 
 use super::failure::Failure;
 use super::figures::{self, Figure};
-use super::results::Comparison;
+use super::results::{Comparison, Row};
 use super::sweep::Plot;
 use html::{data_uri, escaped, filled, number_cell};
 use umbrage::Light;
@@ -55,6 +55,7 @@ pub fn page(report: &Report) -> Result<String, Failure> {
             ("times", escaped(report.times.trim())),
             ("table", table(report)),
             ("by_light", by_light(report)),
+            ("sampling", sampling(report)),
             ("pictured", pictured(report.shots.len(), comparison.rows.len())),
             ("choices", choices.collect()),
             ("runs", runs(report)?),
@@ -128,15 +129,28 @@ fn by_light(report: &Report) -> String {
     if report.comparison.view.lights.len() < 2 {
         return String::new();
     }
+    of_lights(report, "Errors by light", |row| row.errors.lights.iter().map(figures::of_errors).collect())
+}
+
+/// How large texels look, where methods tell.
+fn sampling(report: &Report) -> String {
+    if report.comparison.rows.iter().all(|row| row.sampling.is_empty()) {
+        return String::new();
+    }
+    of_lights(report, "How large texels look", |row| row.sampling.iter().map(figures::of_sampling).collect())
+}
+
+/// A table with a row for each method and light.
+fn of_lights(report: &Report, title: &str, figures: impl Fn(&Row) -> Vec<Vec<Figure>>) -> String {
     let rows = report.comparison.rows.iter().flat_map(|row| {
-        row.errors.lights.iter().enumerate().map(|(light, errors)| {
+        figures(row).into_iter().enumerate().map(|(light, figures)| {
             let method = format!("<th scope=\"row\">{}</th>", typed(row.method));
-            (method + &number_cell(light as f64, &light.to_string()), figures::of_errors(errors))
+            (method + &number_cell(light as f64, &light.to_string()), figures)
         })
     });
     let table = sortable(&["method", "light"], rows.collect());
     format!(
-        "<h2>Errors by light</h2>\n<p class=\"soft\">Lights are counted from 0, as in view.json.</p>\n<div class=\"wide\">{table}</div>"
+        "<h2>{title}</h2>\n<p class=\"soft\">Lights are counted from 0, as in view.json.</p>\n<div class=\"wide\">{table}</div>"
     )
 }
 
@@ -206,7 +220,8 @@ fn effective(spec: &MethodSpec) -> String {
 }
 
 fn legend(comparison: &Comparison) -> String {
-    let figures = comparison.rows.first().map_or(Vec::new(), figures::of_row);
+    let sampling = comparison.rows.iter().flat_map(|row| &row.sampling).take(1).flat_map(figures::of_sampling);
+    let figures: Vec<_> = comparison.rows.first().into_iter().flat_map(figures::of_row).chain(sampling).collect();
     figures
         .iter()
         .map(|Figure { column, .. }| format!("<dt>{}</dt><dd>{}</dd>\n", escaped(column.name), escaped(column.meaning)))
@@ -216,8 +231,8 @@ fn legend(comparison: &Comparison) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::measure::{Spread, Timings};
-    use crate::cli::results::{Errors, LightErrors, Row};
+    use crate::cli::measure::{Spread, Tail, Timings};
+    use crate::cli::results::{Errors, LightErrors, SamplingErrors};
     use crate::cli::sweep::{Sweep, Variant};
     use umbrage::Camera;
     use umbrage::lab::View;
@@ -253,8 +268,9 @@ mod tests {
             let row = Row::new(variant, &Timings::default(), &[("map", 3 << 20)], errors);
             Row { ms: Spread { min: ms, median: ms, max: ms }, ..row }
         };
+        let texels = |side| Tail { median: side, p95: 2.0 * side, worst: f64::INFINITY };
         let sweep = Sweep { key: "resolution".into(), values: vec!["64".into()] };
-        let comparison = Comparison {
+        let mut comparison = Comparison {
             device: NASTY.into(),
             driver: NASTY.into(),
             scene: NASTY,
@@ -262,6 +278,15 @@ mod tests {
             sweep: Some(&sweep),
             rows: variants.iter().zip([9.0, 10.123_456]).map(row).collect(),
         };
+        // the second method tells of the first light alone
+        comparison.rows[1].sampling = vec![SamplingErrors {
+            undersampled: 12.5,
+            storage_factor: 47.125,
+            s: texels(0.5),
+            t: texels(0.75),
+            perspective_s: texels(0.25),
+            perspective_t: texels(0.25),
+        }];
         let picture = Picture::filled(2, 1, [1, 2, 3]);
         let shot = |method| Shot { method, picture: picture.clone(), difference: picture.clone() };
         let shots: Vec<_> = specs.iter().take(shots).map(|spec| shot(spec.text.as_str())).collect();
@@ -306,9 +331,13 @@ mod tests {
             assert!(page.contains(cell), "{cell} is not in {page}");
         }
         assert!(page.contains("Errors by light") && page.contains("<td data-value=\"1\">1</td>"), "{page}");
-        // one row a method, one a method and light, each with a heading for every cell
-        assert_eq!(page.matches("<tr><th scope=\"row\">").count(), 2 + 4);
-        assert_eq!(page.matches("aria-sort=\"none\"><button").count(), 8 + 6);
+        assert!(
+            page.contains("<h2>How large texels look</h2>") && page.contains("<td data-value=\"47.125\">47.12</td>")
+        );
+        assert!(page.contains("<dt>storage factor</dt>"), "{page}");
+        // one row a method, one a method and light, one where texels are known, each with a heading for every cell
+        assert_eq!(page.matches("<tr><th scope=\"row\">").count(), 2 + 4 + 1);
+        assert_eq!(page.matches("aria-sort=\"none\"><button").count(), 8 + 6 + 8);
     }
 
     #[test]

@@ -59,7 +59,7 @@ pub fn load(common: &Common, movement: Movement, progress: &Progress) -> Result<
         (scene::builtin(), None)
     } else {
         let time_s = file.as_ref().map_or(0.0, ViewFile::time_s);
-        let options = LoadOptions { time_s, blend_casts: common.blend_casts };
+        let options = LoadOptions { time_s, blend: common.blend.into() };
         progress.during("loading the scene", || match movers.unwrap_or(0) {
             0 if animate => scene::load_moving(&common.scene, &options),
             _ => scene::load(&common.scene, &options).map(|scene| (scene, None)),

@@ -323,7 +323,7 @@ pub struct MapLight {
     pub rule: [f32; 4],
 }
 
-/// How the layers of a map divide the image by depth; see `glsl/methods/slices.glsl`.
+/// How the layers of a map divide the image; see `glsl/methods/slices.glsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[allow(missing_docs)]
@@ -331,6 +331,7 @@ pub struct Slices {
     pub extremes: [u32; 2],
     pub outside: u32,
     pub splits: [f32; 9],
+    pub exits: [[f32; 4]; 5],
 }
 
 /// How large a texel looks in one pixel; see `glsl/shared/sampling.glsl`. Values above 1 are undersampling.
@@ -368,7 +369,10 @@ pub struct WarpRecord {
     pub distance: f32,
     pub extent: f32,
     pub warped: u32,
-    pub pad: u32,
+    pub through_eye: u32,
+    pub axis: [f32; 2],
+    pub sine: f32,
+    pub pad: f32,
     pub fit: Fit,
 }
 
@@ -377,7 +381,6 @@ pub struct WarpRecord {
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[allow(missing_docs)]
 pub struct WarpMeasure {
-    pub axis: [f32; 2],
     pub step: u32,
     pub resolution: f32,
 }
@@ -387,11 +390,9 @@ pub struct WarpMeasure {
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[allow(missing_docs)]
 pub struct WarpPush {
-    pub axis: [f32; 2],
     pub step: u32,
     pub resolution: f32,
     pub border: f32,
-    pub sine: f32,
     pub parameter: f32,
     pub always: u32,
 }

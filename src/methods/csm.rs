@@ -1,7 +1,9 @@
 //! Cascaded shadow maps (Engel 2006; Zhang et al. 2006; book, 4.3.1): the visible depths are divided into slices, and each
 //! slice has a map of its own. Slices and maps are fitted to the visible samples (Lauritzen et al. 2011) or to the frustum.
+//! Or a map for each face of the view frustum (Kozlov 2004; book, 4.3.2), see `frustum_faces.rs`.
 
 use super::comparison::Comparison;
+use super::frustum_faces::{self, FACES};
 use super::map::{self, Given, Map, Screen, Shape, Step};
 use super::map_fit::{across, frustum_in_box, slice_sphere, snapped};
 use super::warp_passes::{self, Passes, Rule};
@@ -15,7 +17,13 @@ use ash::vk;
 use bytemuck::Zeroable;
 use glam::{DVec2, DVec3};
 
-const PARAMETERS: [Parameter; 12] = Comparison::keys(&[
+const PARAMETERS: [Parameter; 13] = Comparison::keys(&[
+    Parameter {
+        key: "partition",
+        default: "depth",
+        allowed: "depth or faces",
+        meaning: "what has a map of its own: slices of depth, or, fitted to samples, the near face and the sides of the view frustum, by which the light's lines leave it; then without cascades, lambda, fit, blend and snap",
+    },
     Parameter { key: "cascades", default: "4", allowed: "1 to 8", meaning: "number of maps" },
     Parameter { key: "resolution", default: "2048", allowed: "64 to 8192", meaning: "side of each map in texels" },
     Parameter {
@@ -46,7 +54,7 @@ const PARAMETERS: [Parameter; 12] = Comparison::keys(&[
         key: "warp",
         default: "none",
         allowed: "none, auto or always",
-        meaning: "whether each slice's map is warped as by lispsm (book, 4.3.3): not, where its texels then look smaller, or always",
+        meaning: "whether each map is warped as by lispsm (book, 4.3.3): not, where its texels then look smaller, or always; auto where partition is faces",
     },
 ]);
 
@@ -60,6 +68,8 @@ pub(super) const INFO: MethodInfo = MethodInfo {
 };
 
 struct Settings {
+    /// Layers are faces of the view frustum, not slices.
+    faces: bool,
     cascades: u32,
     resolution: u32,
     lambda: f32,
@@ -72,6 +82,13 @@ struct Settings {
 }
 
 fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
+    let faces = spec.one_of("partition", "depth", &["depth", "faces"])? == "faces";
+    let of_depth = ["cascades", "lambda", "fit", "blend", "snap"].into_iter().find(|key| spec.value(key).is_some());
+    if let (true, Some(key)) = (faces, of_depth) {
+        return Err(LabError::Usage(format!(
+            "method '{spec}' has partition=faces and a {key}, allowed is {key} with partition=depth"
+        )));
+    }
     let to_samples = spec.one_of("fit", "samples", &["frustum", "samples"])? == "samples";
     // logarithmic splits waste maps on an empty range behind the near plane (book, 4.3.1); samples leave no such range
     let lambda = if to_samples { 1.0 } else { 0.75 };
@@ -81,7 +98,7 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
             "method '{spec}' has snap=true, allowed is snap=false without fit=frustum"
         )));
     }
-    let warp = match spec.one_of("warp", "none", &["none", "auto", "always"])? {
+    let warp = match spec.one_of("warp", if faces { "auto" } else { "none" }, &["none", "auto", "always"])? {
         "none" => None,
         _ if !to_samples => {
             return Err(LabError::Usage(format!("method '{spec}' has a warp, allowed is warp=none with fit=frustum")));
@@ -89,7 +106,8 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
         which => Some(which == "always"),
     };
     Ok(Settings {
-        cascades: spec.u32_in("cascades", 4, 1..=8)?,
+        faces,
+        cascades: if faces { FACES as u32 } else { spec.u32_in("cascades", 4, 1..=8)? },
         resolution: spec.u32_in("resolution", 2048, 64..=8192)?,
         lambda: spec.f32_in("lambda", lambda, 0.0..=1.0)?,
         to_samples,
@@ -137,14 +155,16 @@ impl Csm {
         })
     }
 
-    /// Divides the depths between the nearest and the farthest visible sample.
+    /// Divides the depths between the nearest and the farthest visible sample; the near face lies at the nearest.
     fn slice(&self, lab: &Lab, cmd: vk::CommandBuffer) {
         use Access::*;
         let between = || sync::barrier(&lab.gpu().device, cmd, &[(ComputeWrite, ComputeWrite)]);
         self.extremes.dispatch(cmd, &(), self.screen.columns());
         between();
-        self.splits.dispatch(cmd, &self.settings.lambda, [1, 1, 1]);
-        between();
+        if !self.settings.faces {
+            self.splits.dispatch(cmd, &self.settings.lambda, [1, 1, 1]);
+            between();
+        }
     }
 
     /// Slices that depend on the camera's angles and the scene alone, in squares whose texels stay in the world.
@@ -219,18 +239,23 @@ impl Method for Csm {
     fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError> {
         map::check_lights(lab, &self.map)?;
         let light = map_light::constants(&lab.view().lights[0], lab, self.settings.comparison.bias_texels)?;
+        let (slices, axes) = if self.settings.faces {
+            let (slices, axes) = frustum_faces::faces(lab)?;
+            (slices, axes.to_vec())
+        } else {
+            (Slices::zeroed(), vec![warp_passes::axis(lab)?; self.settings.cascades as usize])
+        };
         let given = if self.settings.to_samples {
-            Given { light, fits: None, slices: Slices::zeroed() }
+            Given { light, fits: None, slices }
         } else {
             let (fits, slices) = if self.settings.snap { self.snapped_fits(lab)? } else { self.frustum_fits(lab)? };
             Given { light, fits: Some(fits), slices }
         };
-        let axis = warp_passes::axis(lab)?;
         let [map] = &self.map;
         let steps = |step, cmd, _: &mut Timer| match (step, &self.warps) {
-            (Step::Reset, Some(warps)) => warps.reset(cmd),
+            (Step::Reset, Some(warps)) => warps.reset(cmd, &axes),
             (Step::Slice, _) => self.slice(lab, cmd),
-            (Step::Fitted, Some(warps)) => warps.record(cmd, (&self.screen, map), axis),
+            (Step::Fitted, Some(warps)) => warps.record(cmd, &self.screen, map),
             _ => {}
         };
         let camera = lab.camera_constants()?;

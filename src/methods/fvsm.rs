@@ -2,8 +2,8 @@
 //! plane, and the map is split, along one axis or both, until each tile has what its samples asked for.
 
 use super::comparison::Comparison;
-use super::map::{self, Map, Screen, Shape, Step};
-use super::tree::{Rule, Tree, TreeFrame, TreeMap, TreeShape};
+use super::map;
+use super::tree::{Rule, TreeFrame, TreeMap, TreeShape, tile};
 use super::{FrameTimes, Method, MethodInfo, MethodSpec, Parameter, Statistics};
 use crate::gpu::Timer;
 use crate::gpu::structs::TreeMeasurePush;
@@ -11,7 +11,7 @@ use crate::lab::{Lab, LabError};
 use ash::vk;
 
 const PARAMETERS: [Parameter; 11] = Comparison::keys(&[
-    Parameter { key: "tile", default: "256", allowed: "32 to 4096", meaning: "side of a tile in texels" },
+    tile("256"),
     Parameter { key: "tiles", default: "256", allowed: "1 to 2048", meaning: "most tiles" },
     Parameter {
         key: "levels",
@@ -73,26 +73,14 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
 
 pub(crate) struct Fvsm {
     settings: Settings,
-    screen: Screen,
-    map: [Map; 1],
     tiles: TreeMap,
 }
 
 impl Fvsm {
     pub(crate) fn new(spec: &MethodSpec, lab: &Lab) -> Result<Self, LabError> {
-        super::one_directional(spec, lab)?;
         let settings = settings(spec)?;
-        let screen = Screen::new(lab)?;
-        let shape = Shape {
-            side: settings.side,
-            layers: settings.tree.tiles,
-            tiled: true,
-            blend: 0.0,
-            comparison: settings.comparison,
-        };
-        let map = Map::new(spec, lab, &screen, &lab.view().lights[0], shape)?;
-        let tiles = TreeMap::new(lab, &screen, &map, Tree::new(lab.gpu(), settings.tree)?)?;
-        Ok(Self { settings, screen, map: [map], tiles })
+        let tiles = TreeMap::new(spec, lab, settings.side, settings.tree, settings.comparison)?;
+        Ok(Self { settings, tiles })
     }
 
     /// Rounds of refinement. What a tile asks for, its parts do not exceed, unless requests were dropped: then an axis that was
@@ -102,8 +90,8 @@ impl Fvsm {
     }
 
     /// Requests, then the tiles that satisfy them.
-    fn refine(&self, cmd: vk::CommandBuffer) {
-        self.tiles.request(cmd, &self.screen, self.settings.density);
+    fn refine(&self, lab: &Lab, cmd: vk::CommandBuffer, timer: &mut Timer) {
+        self.tiles.request(cmd, self.settings.density);
         for round in 0..=self.rounds() {
             let push = TreeMeasurePush { round, drop: self.settings.drop, threshold: 0, start: 0 };
             self.tiles.tree.measure(cmd, push);
@@ -111,37 +99,29 @@ impl Fvsm {
                 self.tiles.tree.expand(cmd, round);
             }
         }
-        self.tiles.place(cmd, self.rounds());
+        self.tiles.serve(lab, (cmd, &mut *timer), self.rounds());
+        timer.mark(cmd, "lookup");
     }
 
     /// What the last frame left.
     pub(crate) fn left(&self, lab: &Lab) -> Result<TreeFrame, LabError> {
-        self.tiles.left(lab, &self.map[0], self.rounds())
+        self.tiles.left(lab, self.rounds())
     }
 }
 
 impl Method for Fvsm {
     fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError> {
-        let given = map::given_samples(lab, &self.map, &self.settings.comparison)?;
-        let camera = lab.camera_constants()?;
-        let steps = |step, cmd, _: &mut Timer| match step {
-            Step::Reset => self.tiles.reset(cmd),
-            Step::Slice | Step::Warp => {}
-            Step::Fitted => self.refine(cmd),
-        };
-        lab.frame(|cmd, timer| map::record((lab, &camera), (cmd, timer), &self.screen, &self.map, &given, steps))
+        self.tiles.frame(lab, |cmd, timer| self.refine(lab, cmd, timer))
     }
 
-    of_maps!(self, INFO.name, &self.screen, &self.map);
+    of_maps!(self, INFO.name, &self.tiles.screen, &self.tiles.map);
 
     fn memory(&self) -> Vec<(&'static str, u64)> {
-        let mut memory = map::memory(&self.screen, &self.map);
-        memory.push(("tree", self.tiles.bytes()));
-        memory
+        self.tiles.memory()
     }
 
     fn statistics(&mut self, lab: &Lab) -> Result<Statistics, LabError> {
-        let mut statistics = map::statistics(lab, &self.map)?;
+        let mut statistics = map::statistics(lab, &self.tiles.map)?;
         let (regions, _) = self.tiles.tree.read(lab, self.rounds())?;
         let texels = u64::from(self.settings.side).pow(2);
         let count = |of: fn(u32, u32) -> bool| regions.iter().filter(|r| of(r.splits, r.unmet)).count() as u64;

@@ -80,6 +80,8 @@ struct Grid {
     listed: Buffer,
     /// A bit for each sample of a pixel.
     shadowed: Buffer,
+    /// What translucent casters hold back of each sample's light, where there are any.
+    held_back: Option<Buffer>,
     visibility: Image,
     lists: Compute,
     /// Without and with alpha test, for each layer.
@@ -106,6 +108,12 @@ impl Grid {
         let heads = storage("heads of lists", 4 * u64::from(layers) * u64::from(side).pow(2))?;
         let listed = storage("listed samples", 16 * pixels * u64::from(samples))?;
         let shadowed = storage("shadowed samples", 4 * pixels)?;
+        let translucent = lab.scene().materials.iter().any(|m| m.translucent == 1);
+        let held_back = if translucent {
+            Some(storage("samples behind translucent casters", 4 * pixels * u64::from(samples))?)
+        } else {
+            None
+        };
         // rounding keeps every sample inside
         let fitted = Fitted::new(lab, screen, kind, [side, layers, layers, 1], 0.0, samples)?;
         let usage = vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::TRANSFER_SRC;
@@ -117,7 +125,9 @@ impl Grid {
         let drawn = [&[seen[0], seen[3], fits], &hit_bindings(scene)[..], &[Binding::External(scene.indices)], &own];
         let owners = screen.owners();
         let owned = owners.map(|owners| Binding::Sampled(&owners.image)).unwrap_or(seen[2]);
-        let drawn = [&drawn.concat()[..], &[owned]].concat();
+        // without translucent casters the shaders do not read it
+        let held = Binding::Storage(held_back.as_ref().unwrap_or(&shadowed));
+        let drawn = [&drawn.concat()[..], &[owned, held]].concat();
         let pipeline = |layer: u32, masked: bool| {
             let [stride, offset, format] = scene.position_layout.words();
             let constants = [
@@ -130,6 +140,7 @@ impl Grid {
                 samples,
                 u32::from(masked),
                 u32::from(owners.is_some()),
+                u32::from(translucent),
             ];
             let (vertex, fragment) = (spirv!("methods/izb_casters.vert"), spirv!("methods/izb_casters.frag"));
             let shaders = Shaders { vertex, tessellation: None, fragment: Some(fragment), constants: &constants };
@@ -151,8 +162,8 @@ impl Grid {
                 gpu,
                 "izb_resolve",
                 spirv!("methods/izb_resolve.comp"),
-                &[seen[0], own[2], Binding::StorageImage(&visibility)],
-                &[samples],
+                &[seen[0], own[2], Binding::StorageImage(&visibility), held],
+                &[samples, u32::from(translucent)],
                 0,
             )?,
             fitted,
@@ -160,6 +171,7 @@ impl Grid {
             heads,
             listed,
             shadowed,
+            held_back,
             visibility,
         })
     }
@@ -227,7 +239,12 @@ impl Method for Izb {
         let steps = |step, cmd, _: &mut Timer| match step {
             map::Step::Reset => self.grids.iter().for_each(|grid| {
                 // SAFETY: the command buffer is recording; the map's own commands wait for the last frame and for this
-                unsafe { device.cmd_fill_buffer(cmd, grid.heads.raw, 0, vk::WHOLE_SIZE, 0) }
+                unsafe {
+                    device.cmd_fill_buffer(cmd, grid.heads.raw, 0, vk::WHOLE_SIZE, 0);
+                    if let Some(held_back) = &grid.held_back {
+                        device.cmd_fill_buffer(cmd, held_back.raw, 0, vk::WHOLE_SIZE, 0);
+                    }
+                }
             }),
             map::Step::Slice | map::Step::Fitted | map::Step::Warp => {}
         };
@@ -260,7 +277,12 @@ impl Method for Izb {
     fn memory(&self) -> Vec<(&'static str, u64)> {
         let sum = |bytes: fn(&Grid) -> u64| self.grids.iter().map(bytes).sum::<u64>();
         vec![
-            ("lists", sum(|g| g.heads.size + g.listed.size + g.shadowed.size)),
+            (
+                "lists",
+                sum(|g| {
+                    g.heads.size + g.listed.size + g.shadowed.size + g.held_back.as_ref().map_or(0, |held| held.size)
+                }),
+            ),
             ("screen", self.screen.bytes() + sum(|g| g.visibility.bytes)),
             ("other", self.screen.frame.size + sum(|g| g.fitted.bytes())),
         ]

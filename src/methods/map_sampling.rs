@@ -24,6 +24,7 @@ pub(super) fn sampling(lab: &Lab, screen: &Screen, map: &Map) -> Result<Sampling
         position,
         fits: bytemuck::pod_collect_to_vec(&lab.read_buffer(map.fits())?),
         splits: slices.splits[..shape.fitted() as usize].to_vec(),
+        nearest: (slices.exits[0][3] != 0.0).then(|| f32::from_bits(!slices.extremes[1])),
         side: shape.side,
     };
     Ok(Sampling {

@@ -23,6 +23,7 @@ mod asm_gpu;
 mod changes;
 mod comparison;
 mod csm;
+mod frustum_faces;
 pub(crate) mod fvsm;
 mod hybrid;
 mod izb;

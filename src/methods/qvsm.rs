@@ -2,8 +2,8 @@
 //! that changed the shadows. What the paper asks by occlusion queries is counted on the GPU, and nothing is read back.
 
 use super::comparison::Comparison;
-use super::map::{self, Map, Screen, Shape, Step};
-use super::tree::{Rule, Tree, TreeFrame, TreeMap, TreeShape, layers};
+use super::map;
+use super::tree::{Rule, TreeFrame, TreeMap, TreeShape, tile};
 use super::{FrameTimes, LevelStatistics, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics};
 use crate::gpu::structs::{QvsmPush, TreeMeasurePush};
 use crate::gpu::sync::{self, Access};
@@ -12,7 +12,7 @@ use crate::lab::{Lab, LabError};
 use ash::vk;
 
 const PARAMETERS: [Parameter; 10] = Comparison::keys(&[
-    Parameter { key: "tile", default: "512", allowed: "32 to 4096", meaning: "side of a tile in texels" },
+    tile("512"),
     Parameter { key: "tiles", default: "64", allowed: "1 to 2048, at least 4^start", meaning: "most tiles of a level" },
     Parameter {
         key: "levels",
@@ -77,8 +77,6 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
 
 pub(crate) struct Qvsm {
     settings: Settings,
-    screen: Screen,
-    map: [Map; 1],
     tiles: TreeMap,
     /// Visibility of the rounds so far, and the round that it is of.
     kept: Buffer,
@@ -88,33 +86,21 @@ pub(crate) struct Qvsm {
 
 impl Qvsm {
     pub(crate) fn new(spec: &MethodSpec, lab: &Lab) -> Result<Self, LabError> {
-        super::one_directional(spec, lab)?;
-        let settings = settings(spec)?;
-        let (gpu, screen, size) = (lab.gpu(), Screen::new(lab)?, lab.view().size);
-        let shape = Shape {
-            side: settings.side,
-            layers: settings.tree.tiles,
-            tiled: true,
-            blend: 0.0,
-            comparison: settings.comparison,
-        };
-        let map = Map::new(spec, lab, &screen, &lab.view().lights[0], shape)?;
-        let tiles = TreeMap::new(lab, &screen, &map, Tree::new(gpu, settings.tree)?)?;
+        let (gpu, settings, size) = (lab.gpu(), settings(spec)?, lab.view().size);
+        let tiles = TreeMap::new(spec, lab, settings.side, settings.tree, settings.comparison)?;
         let pixels = u64::from(size[0]) * u64::from(size[1]);
         let kept = Buffer::storage(gpu, "visibility so far", 8 * pixels, vk::BufferUsageFlags::empty())?;
         let bindings = [
-            Binding::Storage(&layers(&map)?.picked),
+            Binding::Storage(&tiles.layers()?.picked),
             Binding::Storage(&tiles.tree.regions),
             Binding::Storage(&kept),
-            Binding::StorageImage(map.visibility_image()),
+            Binding::StorageImage(tiles.map[0].visibility_image()),
         ];
         let compare = spirv!("methods/qvsm_compare.comp");
         let constants = [settings.tree.tiles];
         Ok(Self {
             compare: Compute::new(gpu, "qvsm_compare", compare, &bindings, &constants, size_of::<QvsmPush>())?,
             settings,
-            screen,
-            map: [map],
             tiles,
             kept,
             size,
@@ -130,14 +116,10 @@ impl Qvsm {
                 self.tiles.tree.expand(cmd, round);
             }
         };
-        self.tiles.request(cmd, &self.screen, 1.0);
+        self.tiles.request(cmd, 1.0);
         (0..start).for_each(split);
         for round in start..=levels {
-            self.tiles.place(cmd, round);
-            timer.mark(cmd, "tree");
-            self.map[0].draw(lab, cmd);
-            timer.mark(cmd, "map");
-            self.map[0].look_up(cmd, &self.screen);
+            self.tiles.serve(lab, (cmd, &mut *timer), round);
             self.compare(lab, cmd, QvsmPush { round, start });
             timer.mark(cmd, "lookup");
             split(round);
@@ -146,7 +128,7 @@ impl Qvsm {
 
     fn compare(&self, lab: &Lab, cmd: vk::CommandBuffer, push: QvsmPush) {
         use Access::{StorageImage, TransferRead};
-        let (device, image) = (&lab.gpu().device, self.map[0].visibility_image());
+        let (device, image) = (&lab.gpu().device, self.tiles.map[0].visibility_image());
         sync::image(device, cmd, image, TransferRead, StorageImage);
         self.compare.dispatch(cmd, &push, [self.size[0].div_ceil(8), self.size[1].div_ceil(8), 1]);
         sync::image(device, cmd, image, StorageImage, TransferRead);
@@ -155,7 +137,7 @@ impl Qvsm {
 
     /// What the last frame left.
     pub(crate) fn left(&self, lab: &Lab) -> Result<TreeFrame, LabError> {
-        self.tiles.left(lab, &self.map[0], self.settings.tree.levels)
+        self.tiles.left(lab, self.settings.tree.levels)
     }
 
     /// The round that the visibility of each pixel is of.
@@ -168,35 +150,25 @@ impl Qvsm {
 
 impl Method for Qvsm {
     fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError> {
-        let given = map::given_samples(lab, &self.map, &self.settings.comparison)?;
-        let camera = lab.camera_constants()?;
-        let steps = |step, cmd, _: &mut Timer| {
-            if step == Step::Reset {
-                self.tiles.reset(cmd);
-            }
-        };
-        lab.frame(|cmd, timer| {
-            map::record_fits((lab, &camera), (cmd, timer), &self.screen, &self.map, &given, steps);
-            self.refine(lab, cmd, timer);
-        })
+        self.tiles.frame(lab, |cmd, timer| self.refine(lab, cmd, timer))
     }
 
     fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {
-        super::of_light(&self.map, INFO.name, light)?.visibility(lab)
+        super::of_light(&self.tiles.map, INFO.name, light)?.visibility(lab)
     }
 
     fn masks(&self) -> Option<Masks<'_>> {
-        Some(map::masks(&self.map))
+        Some(map::masks(&self.tiles.map))
     }
 
     fn memory(&self) -> Vec<(&'static str, u64)> {
-        let mut memory = map::memory(&self.screen, &self.map);
-        memory.push(("tree", self.tiles.bytes() + self.kept.size));
+        let mut memory = self.tiles.memory();
+        memory.push(("visibility so far", self.kept.size));
         memory
     }
 
     fn statistics(&mut self, lab: &Lab) -> Result<Statistics, LabError> {
-        let mut statistics = map::statistics(lab, &self.map)?;
+        let mut statistics = map::statistics(lab, &self.tiles.map)?;
         let Settings { tree: TreeShape { levels, .. }, start, .. } = self.settings;
         let (finest, state) = self.tiles.tree.read(lab, levels)?;
         let at = |round: u32| round as usize;

@@ -7,7 +7,7 @@ use crate::gpu::structs::{Fit, Frame, MapLight, SamplingError};
 use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Buffer, Compute};
 use crate::lab::{Lab, LabError};
-use crate::output::{OutputError, Picture, factors};
+use crate::output::{OutputError, Picture, factors, ids};
 use ash::vk;
 use bytemuck::Pod;
 use std::collections::BTreeMap;
@@ -40,6 +40,8 @@ pub struct SamplingInputs {
     pub fits: Vec<Fit>,
     /// Distances along the view direction where layers of a parallel light begin.
     pub splits: Vec<f32>,
+    /// Distance of the nearest sample along the view direction, where layers are faces of the view frustum.
+    pub nearest: Option<f32>,
     /// Texels along a side of a layer.
     pub side: u32,
 }
@@ -68,7 +70,7 @@ impl Sampling {
         greatest.values().map(|[s, t]| f64::from(*s) * f64::from(*t) * self.part_texels / pixels).sum()
     }
 
-    /// For both axes the error, its perspective part, and what remains: projection.
+    /// For both axes the error, its perspective part, and what remains: projection; then the parts of the map.
     ///
     /// # Errors
     /// Where there is not one value a pixel.
@@ -91,7 +93,10 @@ impl Sampling {
             let Picture { width, height, rgb } = factors(self.size[0], self.size[1], &values)?;
             Ok(DebugPicture { name, width, height, rgb })
         };
-        all.into_iter().map(picture).collect()
+        let parts: Vec<u32> = self.errors.iter().map(|e| e.part).collect();
+        let Picture { width, height, rgb } = ids(self.size[0], self.size[1], &parts)?;
+        let parts = DebugPicture { name: "sampling_part", width, height, rgb };
+        all.into_iter().map(picture).chain([Ok(parts)]).collect()
     }
 }
 

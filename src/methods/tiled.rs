@@ -2,8 +2,8 @@
 //! finer texels. What is important a coarse map from the light decides: jumps of depth, and nearness to the viewer.
 
 use super::comparison::Comparison;
-use super::map::{self, Map, Screen, Shape, Step};
-use super::tree::{Rule, Tree, TreeFrame, TreeMap, TreeShape, layers};
+use super::map;
+use super::tree::{Rule, TreeFrame, TreeMap, TreeShape, tile};
 use super::{FrameTimes, Method, MethodInfo, MethodSpec, Parameter, Statistics};
 use crate::gpu::structs::ImportancePush;
 use crate::gpu::sync::{self, Access};
@@ -15,7 +15,7 @@ use ash::vk;
 const LEVELS: u32 = 7;
 
 const PARAMETERS: [Parameter; 8] = Comparison::keys(&[
-    Parameter { key: "tile", default: "512", allowed: "64 to 4096", meaning: "side of a tile in texels" },
+    tile("512"),
     Parameter { key: "tiles", default: "64", allowed: "1, 2, 4, 8, 16, 32 or 64", meaning: "number of tiles" },
     Parameter {
         key: "jumps",
@@ -43,7 +43,7 @@ struct Settings {
 
 fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
     Ok(Settings {
-        side: spec.u32_in("tile", 512, 64..=4096)?,
+        side: spec.u32_in("tile", 512, 32..=4096)?,
         tiles: spec.one_of("tiles", "64", &["1", "2", "4", "8", "16", "32", "64"])?.parse().unwrap_or(64),
         jumps: spec.f32_in("jumps", 0.25, 0.0..=16.0)?,
         comparison: Comparison::of(spec)?,
@@ -52,8 +52,6 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
 
 pub(crate) struct Tiled {
     settings: Settings,
-    screen: Screen,
-    map: [Map; 1],
     tiles: TreeMap,
     importance: Compute,
     cut: Compute,
@@ -61,20 +59,16 @@ pub(crate) struct Tiled {
 
 impl Tiled {
     pub(crate) fn new(spec: &MethodSpec, lab: &Lab) -> Result<Self, LabError> {
-        super::one_directional(spec, lab)?;
-        let settings = settings(spec)?;
-        let (gpu, screen) = (lab.gpu(), Screen::new(lab)?);
+        let (gpu, settings) = (lab.gpu(), settings(spec)?);
         let Settings { side, tiles, comparison, .. } = settings;
-        let shape = Shape { side, layers: tiles, tiled: true, blend: 0.0, comparison };
-        let map = Map::new(spec, lab, &screen, &lab.view().lights[0], shape)?;
         // one word for each entry: its importance
-        let tree = Tree::new(gpu, TreeShape { levels: LEVELS, tiles, rule: Rule::Changed })?;
-        let placed = TreeMap::new(lab, &screen, &map, tree)?;
-        let tree = &placed.tree;
-        let (light, entries) = (map.samples(&screen)[3], Binding::Storage(&tree.requests));
+        let shape = TreeShape { levels: LEVELS, tiles, rule: Rule::Changed };
+        let placed = TreeMap::new(spec, lab, side, shape, comparison)?;
+        let (tree, [map]) = (&placed.tree, &placed.map);
+        let (light, entries) = (map.samples(&placed.screen)[3], Binding::Storage(&tree.requests));
         let border = (map.shape().border() as f32).to_bits();
         let seen = [light, Binding::Storage(map.fits()), Binding::Sampled(map.image()), entries];
-        let lists = [&tree.regions, &tree.state, &layers(&map)?.root].map(Binding::Storage);
+        let lists = [&tree.regions, &tree.state, &placed.layers()?.root].map(Binding::Storage);
         let (importance, cut) = (spirv!("methods/tiled_importance.comp"), spirv!("methods/tiled_cut.comp"));
         let push = size_of::<ImportancePush>();
         let constants = [1, 0, LEVELS, border];
@@ -82,8 +76,6 @@ impl Tiled {
             importance: Compute::new(gpu, "tiled_importance", importance, &seen, &constants, push)?,
             cut: Compute::new(gpu, "tiled_cut", cut, &[&[entries], &lists[..]].concat(), &[LEVELS, tiles], 4)?,
             settings,
-            screen,
-            map: [map],
             tiles: placed,
         })
     }
@@ -98,7 +90,7 @@ impl Tiled {
         use Access::*;
         let next = || sync::barrier(&lab.gpu().device, cmd, &[(ComputeWrite, ComputeWrite)]);
         self.tiles.place(cmd, 0);
-        self.map[0].draw(lab, cmd);
+        self.tiles.map[0].draw(lab, cmd);
         timer.mark(cmd, "coarse map");
         let near = 16.0 * lab.view().camera.near as f32;
         let groups = (1 << LEVELS) / 8;
@@ -108,44 +100,28 @@ impl Tiled {
             self.cut.dispatch(cmd, &round, [1 << round, 1, 1]);
             next();
         }
-        self.tiles.place(cmd, self.rounds());
-        timer.mark(cmd, "tree");
-        self.map[0].draw(lab, cmd);
-        timer.mark(cmd, "map");
-        self.map[0].look_up(cmd, &self.screen);
+        self.tiles.serve(lab, (cmd, &mut *timer), self.rounds());
         timer.mark(cmd, "lookup");
     }
 
     /// What the last frame left; the importance of entries in place of requests.
     pub(crate) fn left(&self, lab: &Lab) -> Result<TreeFrame, LabError> {
-        self.tiles.left(lab, &self.map[0], self.rounds())
+        self.tiles.left(lab, self.rounds())
     }
 }
 
 impl Method for Tiled {
     fn frame(&mut self, lab: &Lab) -> Result<FrameTimes, LabError> {
-        let given = map::given_samples(lab, &self.map, &self.settings.comparison)?;
-        let camera = lab.camera_constants()?;
-        let steps = |step, cmd, _: &mut Timer| {
-            if step == Step::Reset {
-                self.tiles.reset(cmd);
-            }
-        };
-        lab.frame(|cmd, timer| {
-            map::record_fits((lab, &camera), (cmd, timer), &self.screen, &self.map, &given, steps);
-            self.refine(lab, cmd, timer);
-        })
+        self.tiles.frame(lab, |cmd, timer| self.refine(lab, cmd, timer))
     }
 
-    of_maps!(self, INFO.name, &self.screen, &self.map);
+    of_maps!(self, INFO.name, &self.tiles.screen, &self.tiles.map);
 
     fn memory(&self) -> Vec<(&'static str, u64)> {
-        let mut memory = map::memory(&self.screen, &self.map);
-        memory.push(("tree", self.tiles.bytes()));
-        memory
+        self.tiles.memory()
     }
 
     fn statistics(&mut self, lab: &Lab) -> Result<Statistics, LabError> {
-        map::statistics(lab, &self.map)
+        map::statistics(lab, &self.tiles.map)
     }
 }

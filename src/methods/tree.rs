@@ -1,17 +1,23 @@
 //! What the methods that refine a map from its root share (book, 4.4): a tree of tiles over the fit to the visible samples, refined
 //! in rounds on the GPU. Each round has a list of regions; those that are to be split give their parts to the next one's.
 
-use super::map::{Map, Screen};
-use super::map_light;
+use super::comparison::Comparison;
+use super::map::{self, Map, Screen, Shape, Step};
 use super::tiles::Tiles;
+use super::{FrameTimes, MethodSpec, Parameter, map_light};
 use crate::engine::constants::light_axes;
 use crate::gpu::structs::{Fit, Region, TreeMeasurePush, TreeRequestPush, TreeState};
 use crate::gpu::sync::{self, Access};
-use crate::gpu::{Binding, Buffer, Compute, Gpu, spirv};
+use crate::gpu::{Binding, Buffer, Compute, Gpu, Timer, spirv};
 use crate::lab::{Lab, LabError};
 use ash::vk;
 use glam::DVec3;
 use std::sync::Arc;
+
+/// The key that all have.
+pub(super) const fn tile(default: &'static str) -> Parameter {
+    Parameter { key: "tile", default, allowed: "32 to 4096", meaning: "side of a tile in texels" }
+}
 
 /// What makes a region split; as in `glsl/methods/tree_measure.comp`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -158,9 +164,12 @@ pub(super) fn layers(map: &Map) -> Result<&Tiles, LabError> {
     map.tiles().ok_or_else(|| LabError::Refused("the map of a tree has no tiles".into()))
 }
 
-/// A tree whose regions are the tiles of a map.
+/// A tree whose regions are the tiles of a parallel light's map.
 pub(super) struct TreeMap {
+    pub(super) screen: Screen,
+    pub(super) map: [Map; 1],
     pub(super) tree: Tree,
+    comparison: Comparison,
     table: Buffer,
     request: Compute,
     place: Compute,
@@ -171,12 +180,23 @@ pub(super) struct TreeMap {
 }
 
 impl TreeMap {
-    pub(super) fn new(lab: &Lab, screen: &Screen, map: &Map, tree: Tree) -> Result<Self, LabError> {
-        let gpu = lab.gpu();
-        let TreeShape { levels, tiles, .. } = tree.shape;
+    /// `side`: of a tile in texels.
+    pub(super) fn new(
+        spec: &MethodSpec,
+        lab: &Lab,
+        side: u32,
+        shape: TreeShape,
+        comparison: Comparison,
+    ) -> Result<Self, LabError> {
+        super::one_directional(spec, lab)?;
+        let (gpu, screen) = (lab.gpu(), Screen::new(lab)?);
+        let TreeShape { levels, tiles, .. } = shape;
+        let layer = Shape { side, layers: tiles, tiled: true, blend: 0.0, comparison };
+        let map = Map::new(spec, lab, &screen, &lab.view().lights[0], layer)?;
+        let tree = Tree::new(gpu, shape)?;
         let table = Buffer::storage(gpu, "tile table", 4 * tree.shape.entries(), vk::BufferUsageFlags::empty())?;
-        let samples = map.samples(screen);
-        let layers = layers(map)?;
+        let samples = map.samples(&screen);
+        let layers = layers(&map)?;
         let [root, drawn, picked] = [&layers.root, &layers.drawn, &layers.picked].map(Binding::Storage);
         let [requests, regions, state, table_at] =
             [&tree.requests, &tree.regions, &tree.state, &table].map(Binding::Storage);
@@ -202,23 +222,59 @@ impl TreeMap {
                 4,
             )?,
             pick: compute("tree_pick", pick, &[&samples, &[root, table_at, picked]], &[1, 0, 0, 0, 0, 0, levels], 4)?,
+            screen,
+            map: [map],
             tree,
+            comparison,
             table,
             size: lab.view().size,
             texels: side - 2.0 * border,
         })
     }
 
+    /// What the map's tiles are.
+    pub(super) fn layers(&self) -> Result<&Tiles, LabError> {
+        layers(&self.map[0])
+    }
+
+    /// A frame: the root is fitted to the samples; `refine` records what follows.
+    pub(super) fn frame(
+        &self,
+        lab: &Lab,
+        refine: impl FnOnce(vk::CommandBuffer, &mut Timer),
+    ) -> Result<FrameTimes, LabError> {
+        let given = map::given_samples(lab, &self.map, &self.comparison)?;
+        let camera = lab.camera_constants()?;
+        let steps = |step, cmd, _: &mut Timer| {
+            if step == Step::Reset {
+                self.reset(cmd);
+            }
+        };
+        lab.frame(|cmd, timer| {
+            map::record_fits((lab, &camera), (cmd, timer), &self.screen, &self.map, &given, steps);
+            refine(cmd, timer);
+        })
+    }
+
+    /// Makes the regions of a round the map's tiles, draws them and looks them up.
+    pub(super) fn serve(&self, lab: &Lab, (cmd, timer): (vk::CommandBuffer, &mut Timer), round: u32) {
+        self.place(cmd, round);
+        timer.mark(cmd, "tree");
+        self.map[0].draw(lab, cmd);
+        timer.mark(cmd, "map");
+        self.map[0].look_up(cmd, &self.screen);
+    }
+
     /// Among the first transfers of a frame.
-    pub(super) fn reset(&self, cmd: vk::CommandBuffer) {
+    fn reset(&self, cmd: vk::CommandBuffer) {
         self.tree.reset(cmd);
         // SAFETY: the command buffer is recording; the caller orders this after the last frame
         unsafe { self.tree.gpu.device.cmd_fill_buffer(cmd, self.table.raw, 0, vk::WHOLE_SIZE, 0) };
     }
 
     /// After the root was fitted: what the samples ask for. `density`: texels along a pixel's footprint.
-    pub(super) fn request(&self, cmd: vk::CommandBuffer, screen: &Screen, density: f32) {
-        self.request.dispatch(cmd, &TreeRequestPush { texels: self.texels, density }, screen.columns());
+    pub(super) fn request(&self, cmd: vk::CommandBuffer, density: f32) {
+        self.request.dispatch(cmd, &TreeRequestPush { texels: self.texels, density }, self.screen.columns());
         self.tree.next(cmd);
     }
 
@@ -233,8 +289,8 @@ impl TreeMap {
     }
 
     /// What the last frame left; the last list is that of a round.
-    pub(super) fn left(&self, lab: &Lab, map: &Map, round: u32) -> Result<TreeFrame, LabError> {
-        let layers = layers(map)?;
+    pub(super) fn left(&self, lab: &Lab, round: u32) -> Result<TreeFrame, LabError> {
+        let layers = self.layers()?;
         let (regions, state) = self.tree.read(lab, round)?;
         Ok(TreeFrame {
             axes: light_axes(map_light::direction(lab.light(0)?))?,
@@ -243,11 +299,13 @@ impl TreeMap {
             regions,
             state,
             picked: bytemuck::pod_collect_to_vec(&lab.read_buffer(&layers.picked)?),
-            visibility: map.visibility(lab)?,
+            visibility: self.map[0].visibility(lab)?,
         })
     }
 
-    pub(super) fn bytes(&self) -> u64 {
-        self.tree.bytes() + self.table.size
+    pub(super) fn memory(&self) -> Vec<(&'static str, u64)> {
+        let mut memory = map::memory(&self.screen, &self.map);
+        memory.push(("tree", self.tree.bytes() + self.table.size));
+        memory
     }
 }

@@ -63,9 +63,9 @@ impl Method for Warp {
         let camera = lab.camera_constants()?;
         let [map] = &self.map;
         let steps = |step, cmd, _: &mut Timer| match step {
-            Step::Reset => self.passes.reset(cmd),
+            Step::Reset => self.passes.reset(cmd, &[axis]),
             Step::Slice | Step::Warp => {}
-            Step::Fitted => self.passes.record(cmd, (&self.screen, map), axis),
+            Step::Fitted => self.passes.record(cmd, &self.screen, map),
         };
         lab.frame(|cmd, timer| map::record((lab, &camera), (cmd, timer), &self.screen, &self.map, &given, steps))
     }

@@ -8,6 +8,7 @@ use crate::gpu::sync::{self, Access};
 use crate::gpu::{Binding, Buffer, Compute, Gpu, spirv};
 use crate::lab::{Lab, LabError};
 use ash::vk;
+use bytemuck::Zeroable;
 use glam::DVec2;
 use std::sync::Arc;
 
@@ -35,18 +36,39 @@ impl Rule {
     }
 }
 
-/// The view direction as the view's first light sees it, and the sine of the angle between the two.
-pub(super) fn axis(lab: &Lab) -> Result<(DVec2, f64), LabError> {
+/// The way across the light in which texels of a layer may grow.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Axis {
+    direction: DVec2,
+    /// Of the angle between view and light, 1 for a side of the view frustum; 0: none.
+    sine: f64,
+    /// Whether depths grow along it from 0 at the eye.
+    through_eye: bool,
+}
+
+impl Axis {
+    /// Of a layer that is not to be warped.
+    pub(super) const NONE: Axis = Axis { direction: DVec2::Y, sine: 0.0, through_eye: false };
+
+    /// Of a layer whose depths have a gradient across the light, and are 0 at the eye.
+    pub(super) fn through_eye(gradient: DVec2) -> Self {
+        gradient.try_normalize().map_or(Self::NONE, |direction| Self { direction, sine: 1.0, through_eye: true })
+    }
+}
+
+/// The view direction as the view's first light sees it.
+pub(super) fn axis(lab: &Lab) -> Result<Axis, LabError> {
     let [x, y, _] = crate::engine::constants::light_axes(map_light::direction(&lab.view().lights[0]))?;
     let forward = -lab.view().camera.view_from_world().row(2);
     let seen = DVec2::new(forward.dot(x), forward.dot(y));
-    Ok((seen.normalize_or(DVec2::Y), seen.length()))
+    Ok(Axis { direction: seen.normalize_or(DVec2::Y), sine: seen.length(), through_eye: false })
 }
 
 /// A warp for each layer of a map.
 pub(super) struct Passes {
     rule: Rule,
     always: bool,
+    layers: u32,
     records: Buffer,
     measure: Compute,
     choose: Compute,
@@ -69,32 +91,38 @@ impl Passes {
             choose: Compute::new(gpu, "warp_choose", choose, &own, &[rule.words().0], size_of::<WarpPush>())?,
             rule,
             always,
+            layers,
             records,
             gpu: gpu.clone(),
         })
     }
 
-    /// Among a frame's first transfers.
-    pub(super) fn reset(&self, cmd: vk::CommandBuffer) {
-        // SAFETY: the command buffer is recording; the map's own commands wait for the last frame and for this
-        unsafe { self.gpu.device.cmd_fill_buffer(cmd, self.records.raw, 0, vk::WHOLE_SIZE, 0) };
+    /// Among a frame's first transfers. `axes`: of each layer.
+    pub(super) fn reset(&self, cmd: vk::CommandBuffer, axes: &[Axis]) {
+        let record = |axis: &Axis| WarpRecord {
+            through_eye: axis.through_eye.into(),
+            axis: axis.direction.as_vec2().to_array(),
+            sine: axis.sine as f32,
+            ..WarpRecord::zeroed()
+        };
+        let records: Vec<_> = axes[..self.layers as usize].iter().map(record).collect();
+        // SAFETY: the command buffer is recording, the data is smaller than 64 KiB; the map's own commands wait for the last
+        // frame and for this
+        unsafe { self.gpu.device.cmd_update_buffer(cmd, self.records.raw, 0, bytemuck::cast_slice(&records)) };
     }
 
-    /// After the layers were fitted: the warps that serve, in place of those fits. `axis`: as [`axis`].
-    pub(super) fn record(&self, cmd: vk::CommandBuffer, (screen, map): (&Screen, &Map), (axis, sine): (DVec2, f64)) {
+    /// After the layers were fitted: the warps that serve, in place of those fits.
+    pub(super) fn record(&self, cmd: vk::CommandBuffer, screen: &Screen, map: &Map) {
         use Access::*;
         let next = || sync::barrier(&self.gpu.device, cmd, &[(ComputeWrite, ComputeWrite)]);
-        let axis = axis.as_vec2().to_array();
         let resolution = map.shape().side as f32;
         for step in 0..3 {
-            self.measure.dispatch(cmd, &WarpMeasure { axis, step, resolution }, screen.columns());
+            self.measure.dispatch(cmd, &WarpMeasure { step, resolution }, screen.columns());
             next();
             let push = WarpPush {
-                axis,
                 step,
                 resolution,
                 border: map.shape().border() as f32,
-                sine: sine as f32,
                 parameter: self.rule.words().1,
                 always: u32::from(self.always),
             };

@@ -48,7 +48,7 @@ impl Content {
         let mut warnings = Vec::new();
         let jobs = jobs(&file, &tree, &mut warnings)?;
         let used: BTreeSet<Option<usize>> = jobs.iter().map(|j| j.primitive.material.map(|m| m.value())).collect();
-        let materials = Materials::read(&file, &used, &mut warnings)?;
+        let materials = Materials::read(&file, &used, options.blend, &mut warnings)?;
         let moving = moving.then(|| rig.moving());
         let context = Context { file: &file, rig: &rig, pose: &pose, materials: &materials, options, moving };
         let outcomes: Vec<Outcome> = jobs
@@ -146,7 +146,7 @@ impl Job<'_> {
             attributes: geometry.attributes.clone(),
             triangles: geometry.triangles.clone(),
             material,
-            casts: surface.casts(context.options),
+            casts: surface.casts(context.options.blend),
             alpha_tested: visibility == Visibility::Tested,
             instances,
             group: self.mesh,

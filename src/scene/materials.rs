@@ -2,7 +2,7 @@
 
 use super::file::{File, find, label};
 use super::images::{Images, source};
-use super::{LoadOptions, Material};
+use super::{Blend, Material};
 use ::gltf::json::material::{AlphaMode, Material as Json};
 use ::gltf::json::texture::{Info, WrappingMode};
 use ::gltf::json::validation::Checked;
@@ -43,6 +43,7 @@ impl Materials {
     pub(super) fn read(
         file: &File,
         used: &BTreeSet<Option<usize>>,
+        blend: Blend,
         warnings: &mut Vec<String>,
     ) -> Result<Self, String> {
         let mut wanted: BTreeMap<usize, bool> = BTreeMap::new();
@@ -52,7 +53,7 @@ impl Materials {
             let json = index.map_or(Ok(&default), |i| find(&file.root.materials, i, "material"))?;
             let name =
                 index.map_or_else(|| "the default material".into(), |i| label("material", i, json.name.as_ref()));
-            let (surface, material) = read(file, json).map_err(|e| format!("{name}: {e}"))?;
+            let (surface, material) = read(file, json, blend).map_err(|e| format!("{name}: {e}"))?;
             if surface.uv_set.is_some() && surface.image.is_none() {
                 warnings.push(format!("{name}: its texture names no PNG or JPEG image and was left out"));
             }
@@ -82,6 +83,13 @@ impl Materials {
         }
         let texture = surface.image.and_then(|i| self.images.0.get(&i)).map_or([1.0, 1.0], |i| i.alpha);
         let alpha = |end: usize| stored.base_color[3] * texture[end] * vertex[end];
+        if stored.translucent == 1 {
+            return match (alpha(0), alpha(1)) {
+                (_, most) if most <= 0.0 => Visibility::Nothing,
+                (least, _) if least >= 1.0 => Visibility::All,
+                _ => Visibility::Tested,
+            };
+        }
         match stored.alpha_cutoff {
             cutoff if alpha(1) < cutoff => Visibility::Nothing,
             cutoff if alpha(0) >= cutoff => Visibility::All,
@@ -103,8 +111,8 @@ impl Materials {
 
 impl Surface {
     /// Whether the material casts shadows.
-    pub(super) fn casts(&self, options: &LoadOptions) -> bool {
-        self.mode != AlphaMode::Blend || options.blend_casts
+    pub(super) fn casts(&self, blend: Blend) -> bool {
+        self.mode != AlphaMode::Blend || blend != Blend::Ignored
     }
 }
 
@@ -113,7 +121,7 @@ pub(super) fn plain(base_color: [f32; 4]) -> Material {
     Material { base_color, ..Material::default() }
 }
 
-fn read(file: &File, json: &Json) -> Result<(Surface, Material), String> {
+fn read(file: &File, json: &Json, blend: Blend) -> Result<(Surface, Material), String> {
     let Checked::Valid(mode) = json.alpha_mode else {
         return Err("alphaMode is unknown; allowed are OPAQUE, MASK and BLEND".to_string());
     };
@@ -129,7 +137,8 @@ fn read(file: &File, json: &Json) -> Result<(Surface, Material), String> {
     if !(0.0..=f32::MAX).contains(&cutoff) {
         return Err(format!("alphaCutoff is {cutoff}; it must be finite and not negative"));
     }
-    let mut material = Material { alpha_cutoff: cutoff, ..plain(base) };
+    let translucent = u32::from(mode == AlphaMode::Blend && blend == Blend::Translucent);
+    let mut material = Material { alpha_cutoff: cutoff, translucent, ..plain(base) };
     let mut surface = Surface { uv_set: None, mode, image: None };
     if let Some(info) = &json.pbr_metallic_roughness.base_color_texture {
         surface.uv_set = Some(uv_set(info));

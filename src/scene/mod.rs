@@ -42,7 +42,7 @@ pub struct Mesh {
     pub first_instance: u32,
     /// Number of instances, at least 1.
     pub instance_count: u32,
-    /// Whether the mesh casts shadows (false only for BLEND materials when [`LoadOptions::blend_casts`] is off).
+    /// Whether the mesh casts shadows (false only for BLEND materials with [`Blend::Ignored`]).
     pub casts: bool,
     /// Whether triangles must be tested against alpha: false when no point of the mesh is cut away.
     pub alpha_tested: bool,
@@ -96,19 +96,31 @@ impl Scene {
     }
 }
 
+/// What BLEND materials are as casters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Blend {
+    /// They hold back all light where alpha is 0.5 and more, and none elsewhere.
+    Tested,
+    /// They cast no shadows.
+    Ignored,
+    /// They hold back the share alpha of the light ([`Material::translucent`]) for rays on the CPU and methods that can tell;
+    /// for others they are as with [`Blend::Tested`].
+    Translucent,
+}
+
 /// How a glTF file is turned into a [`Scene`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadOptions {
     /// Time in seconds at which the file's first animation is posed, also at 0. Times outside 0 to the animation's
     /// duration wrap around. Without animations the scene stands as stored.
     pub time_s: f64,
-    /// Whether BLEND materials cast shadows (with cutoff 0.5).
-    pub blend_casts: bool,
+    /// What BLEND materials are as casters.
+    pub blend: Blend,
 }
 
 impl Default for LoadOptions {
     fn default() -> Self {
-        Self { time_s: 0.0, blend_casts: true }
+        Self { time_s: 0.0, blend: Blend::Tested }
     }
 }
 

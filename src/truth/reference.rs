@@ -18,6 +18,9 @@ const SMALL_FOOTPRINT: f64 = 1e-5;
 /// The length of such a pixel in footprints: its offsets are 0.001 to 0.1 footprints.
 const FOOTPRINTS: f64 = 1000.0;
 
+/// Where casters are translucent: pixels that get half of the light give or take this share are never decided.
+const HALF: f64 = 1e-3;
+
 /// How far a sample may lie off the surface that it shows, in its distances from the eye: twice what was seen at 2 cm from a
 /// triangle of 10 km.
 const SNAP: f64 = 5e-3;
@@ -29,7 +32,8 @@ pub struct Reference {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// 1 lit, 0 shadowed; 0 where there is no surface, n.l <= 0 or the light does not reach.
+    /// 1 lit, 0 shadowed, by half of the light where casters are translucent; 0 where there is no surface, n.l <= 0 or the light
+    /// does not reach.
     pub visibility: Vec<u8>,
     /// n.l above [`DECIDED_N_DOT_L`], in reach of the light from all ray origins, and the same answer for all of them.
     pub decided: Vec<bool>,
@@ -91,7 +95,11 @@ pub fn reference(
             let count = if stable { BUNDLE } else { 1 };
             let blocked = blocked(tracer, light, scene.origin, &origins[..count]);
             visibility[x] = u8::from(blocked & 1 == 0);
-            decided[x] = stable && (blocked == 0 || blocked == (1 << BUNDLE) - 1);
+            // rounding decides what lets half of the light through
+            let clear = |o| (transmittance(tracer, light, scene.origin, o) - 0.5).abs() > HALF;
+            decided[x] = stable
+                && (blocked == 0 || blocked == (1 << BUNDLE) - 1)
+                && (!tracer.is_translucent() || clear(origins[0]));
         }
         let rows_done = done.fetch_add(1, Ordering::Relaxed) + 1;
         progress(rows_done as f64 / rows as f64);
@@ -153,6 +161,12 @@ fn blocked(tracer: &Tracer, light: &Light, origin: DVec3, ray_origins: &[DVec3])
     each.sum()
 }
 
+/// The share of the light that comes to `from` (relative to `origin`, the scene's origin).
+fn transmittance(tracer: &Tracer, light: &Light, origin: DVec3, from: DVec3) -> f64 {
+    let end = if matches!(light, Light::Directional { .. }) { f64::INFINITY } else { 1.0 };
+    to_light(light, origin, from).map_or(1.0, |way| tracer.transmittance(from, way, end))
+}
+
 /// Vector towards the light at `position` (relative to `origin`, the scene's origin): a unit vector for a directional
 /// light, towards the polygon's centre for an area light; `None` if it has no direction.
 pub(crate) fn to_light(light: &Light, origin: DVec3, position: DVec3) -> Option<DVec3> {
@@ -209,7 +223,7 @@ pub(super) fn dvec3(v: [f32; 3]) -> DVec3 {
 }
 
 /// One ray a pixel, as the method `raytraced`: visibility as `visibility.exr` holds it (see
-/// [`Reference::visibility_image`]), on all cores. Fails as [`reference()`] does.
+/// [`Reference::visibility_image`]), but shares of light where casters are translucent, on all cores. Fails as [`reference()`] does.
 pub fn trace_visibility(
     tracer: &Tracer,
     scene: &Scene,
@@ -218,13 +232,13 @@ pub fn trace_visibility(
 ) -> Result<Vec<f32>, TruthError> {
     let pixels = gbuffer.checked_len()?;
     check_light(light)?;
-    let visible = |i: usize| {
+    let visible = |i: usize| -> f64 {
         let (position, normal) = (gbuffer.point(i), dvec3(gbuffer.normal[i]));
         let [offset, ..] = ray_offsets(scene, gbuffer, i);
-        facing_light(light, scene.origin, position, normal).is_some()
-            && blocked(tracer, light, scene.origin, &[position + normal * offset]) == 0
+        let faces = facing_light(light, scene.origin, position, normal).is_some();
+        if faces { transmittance(tracer, light, scene.origin, position + normal * offset) } else { 0.0 }
     };
-    Ok((0..pixels).into_par_iter().map(|i| f32::from(u8::from(!gbuffer.hit[i] || visible(i)))).collect())
+    Ok((0..pixels).into_par_iter().map(|i| if gbuffer.hit[i] { visible(i) as f32 } else { 1.0 }).collect())
 }
 
 #[cfg(test)]

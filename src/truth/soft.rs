@@ -97,16 +97,18 @@ impl Emitter {
             Emitter::Fan(fan, front) if (origin - fan[0].0[0]).dot(*front) <= 0.0 => return 0.0,
             _ => {}
         }
-        let mut seen = 0u32;
+        let mut seen = 0.0;
         for s in 0..SOFT_SAMPLES {
             let bits = hash(pixel.wrapping_mul(SOFT_SAMPLES).wrapping_add(s) ^ 0x9e37_79b9);
             let jitter = |b: u32| f64::from(b & 0xffff) / 65536.0;
             let u = (f64::from(s % GRID) + jitter(bits)) / f64::from(GRID);
             let v = (f64::from(s / GRID) + jitter(bits >> 16)) / f64::from(GRID);
             let (direction, t_max) = self.sample(origin, u, v);
-            seen += u32::from(normal.dot(direction) > 0.0 && !tracer.occluded(origin, direction, t_max));
+            if normal.dot(direction) > 0.0 {
+                seen += tracer.transmittance(origin, direction, t_max);
+            }
         }
-        seen as f32 / SOFT_SAMPLES as f32
+        (seen / f64::from(SOFT_SAMPLES)) as f32
     }
 
     /// Direction from `origin` to the sample and where its ray ends.

@@ -29,6 +29,8 @@ pub struct Tracer {
     /// `texel_offset` points into `alpha`.
     materials: Vec<Material>,
     alpha: Vec<u8>,
+    /// Whether casters may let a share of the light through.
+    translucent: bool,
 }
 
 /// Triangles in one space, sorted by their hierarchy's leaves.
@@ -101,14 +103,16 @@ impl Tracer {
         let mut by_leaf: Vec<Option<Placement>> = placements.into_iter().map(Some).collect();
         let placements = order.iter().filter_map(|&i| by_leaf[i as usize].take()).collect();
         let Cutouts { cuts, materials, alpha, .. } = cutouts;
-        Tracer { flat: flat.build(), parts, placements, placement_bvh, cuts, materials, alpha }
+        let translucent = cuts.iter().any(|cut: &Cut| materials[cut.material as usize].translucent == 1);
+        Tracer { flat: flat.build(), parts, placements, placement_bvh, cuts, materials, alpha, translucent }
     }
 
     /// Whether a caster lies on `origin + t * direction` with 0 < t < `t_max`.
     ///
     /// `origin` is relative to [`Scene::origin`]; `direction` points towards the light and may have any length but
     /// zero; `t_max` counts in lengths of `direction` and may be infinite. Both sides of a triangle count; points whose
-    /// alpha is below the material's cutoff do not.
+    /// alpha is below the material's cutoff do not. Where casters are translucent the answer is whether less than half of the
+    /// light passes ([`Tracer::transmittance`]).
     pub fn occluded(&self, origin: DVec3, direction: DVec3, t_max: f64) -> bool {
         self.occluded_bundle(&[origin], direction, t_max) != 0
     }
@@ -117,6 +121,10 @@ impl Tracer {
     pub(crate) fn occluded_bundle(&self, origins: &[DVec3], direction: DVec3, t_max: f64) -> u32 {
         let mut ray = Rays { origins: [DVec3::ZERO; BUNDLE], count: origins.len().min(BUNDLE), direction, t_max };
         ray.origins[..ray.count].copy_from_slice(&origins[..ray.count]);
+        if self.translucent {
+            let dark = |(i, &origin)| u32::from(self.transmittance(origin, direction, t_max) < 0.5) << i;
+            return origins.iter().enumerate().map(dark).sum();
+        }
         let all = (1u32 << ray.count) - 1;
         let mut blocked = self.trace_part(&self.flat, &ray, 0);
         if blocked == all {
@@ -132,6 +140,47 @@ impl Tracer {
             });
         }
         blocked
+    }
+
+    /// The share of the light that passes: 0 where [`Material::translucent`] is 0 for a caster on the way, else the product of
+    /// 1 - alpha over all that are met (book, 4.5.2). Arguments as for [`Tracer::occluded`].
+    pub fn transmittance(&self, origin: DVec3, direction: DVec3, t_max: f64) -> f64 {
+        if !self.translucent {
+            return f64::from(u8::from(!self.occluded(origin, direction, t_max)));
+        }
+        let ray = Rays { origins: [origin; BUNDLE], count: 1, direction, t_max };
+        let mut passes = self.through_part(&self.flat, &ray, 1.0);
+        if let Some(line) = self.placement_bvh.enter(origin, 0.0, direction, t_max) {
+            self.placement_bvh.walk(&line, |range| {
+                for placement in &self.placements[range] {
+                    passes = self.through_part(&self.parts[placement.part as usize], &ray.moved(placement), passes);
+                }
+                passes == 0.0
+            });
+        }
+        passes
+    }
+
+    /// Whether rays tell shares of light.
+    pub(crate) fn is_translucent(&self) -> bool {
+        self.translucent
+    }
+
+    /// What of the share `passes` passes the casters of `part` along the first of `rays`.
+    fn through_part(&self, part: &Part, rays: &Rays, mut passes: f64) -> f64 {
+        let [origin, ..] = rays.origins;
+        let Some(line) = part.bvh.enter(origin, 0.0, rays.direction, rays.t_max) else { return passes };
+        let shear = Shear::new(rays.direction);
+        part.bvh.walk(&line, |range| {
+            for i in range {
+                let cut = part.cuts.get(i).copied().unwrap_or(OPAQUE);
+                if let Some((_, weights)) = shear.hit(&part.triangles[i], origin, rays.t_max) {
+                    passes *= if cut == OPAQUE { 0.0 } else { 1.0 - self.opacity(cut, weights) };
+                }
+            }
+            passes == 0.0
+        });
+        passes
     }
 
     /// Where the first caster on `origin + t * direction` with 0 < t < `t_max` lies, in lengths of `direction`; arguments as
@@ -201,14 +250,27 @@ impl Tracer {
         blocked
     }
 
+    /// Share of the light that a point holds back.
+    fn opacity(&self, cut: u32, weights: [f64; 3]) -> f64 {
+        let (alpha, material) = self.alpha(cut, weights);
+        match material.translucent {
+            1 => f64::from(alpha.clamp(0.0, 1.0)),
+            _ => f64::from(u8::from(alpha >= material.alpha_cutoff)),
+        }
+    }
+
     fn solid(&self, cut: u32, weights: [f64; 3]) -> bool {
+        let (alpha, material) = self.alpha(cut, weights);
+        alpha >= material.alpha_cutoff
+    }
+
+    fn alpha(&self, cut: u32, weights: [f64; 3]) -> (f32, &Material) {
         let cut = &self.cuts[cut as usize];
         let w = weights.map(|w| w as f32);
         let mix = |v: [f32; 3]| v[0] * w[0] + v[1] * w[1] + v[2] * w[2];
         let uv = [0, 1].map(|k| mix([cut.uv[0][k], cut.uv[1][k], cut.uv[2][k]]));
         let material = &self.materials[cut.material as usize];
-        let alpha = alpha_at(material, |i| self.alpha.get(i as usize).copied().unwrap_or(u8::MAX), uv, mix(cut.alpha));
-        alpha >= material.alpha_cutoff
+        (alpha_at(material, |i| self.alpha.get(i as usize).copied().unwrap_or(u8::MAX), uv, mix(cut.alpha)), material)
     }
 }
 

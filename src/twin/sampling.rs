@@ -47,6 +47,8 @@ pub fn sides(inputs: &SamplingInputs, pixel: [u32; 2], depth: f32, normal: u32) 
     let (layer, mut margin) = if inputs.position {
         let second = along.get(1).map_or(-1.0, |a| a.0);
         (along[0].1, (along[0].0 - second) / along[0].0.abs())
+    } else if let Some(nearest) = inputs.nearest {
+        frustum_face(inputs, point, f64::from(depth), f64::from(nearest))
     } else {
         (inputs.splits[1..].iter().filter(|&&split| depth >= split).count(), 1.0)
     };
@@ -86,6 +88,36 @@ pub fn sides(inputs: &SamplingInputs, pixel: [u32; 2], depth: f32, normal: u32) 
     let ([s, t], [perspective_s, perspective_t]) = (of_plane(normal), of_plane(-(beam + eye).normalize()));
     let grazing = normal.dot(eye).abs().min(normal.dot(beam).abs()).min((beam + eye).length());
     Some(Sides { sides: [s, t, perspective_s, perspective_t], part: layer as u32, margin, grazing })
+}
+
+/// The face of the view frustum through which a line along the light leaves it from a point, on the side that is nearer to the eye:
+/// near, left, right, bottom, top; and by how much the next one is farther, over the distances.
+fn frustum_face(inputs: &SamplingInputs, point: DVec3, depth: f64, nearest: f64) -> (usize, f64) {
+    let frame = &inputs.frame;
+    let [width, height] = [frame.size[0], frame.size[1]].map(f64::from);
+    let corner =
+        |x: f64, y: f64| dvec(frame.ray_corner) + x * width * dvec(frame.ray_dx) + y * height * dvec(frame.ray_dy);
+    let forward = corner(0.5, 0.5);
+    let light = dvec(inputs.light.faces[0].z);
+    let way = if forward.dot(light) > 0.0 { -light } else { light };
+    let [top_left, top_right, low_left, low_right] =
+        [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(x, y)| corner(x, y));
+    let sides = [[top_left, low_left], [top_right, low_right], [low_left, low_right], [top_left, top_right]];
+    let near = (0, (depth - nearest) / -forward.dot(way));
+    let crossings = sides.iter().zip(1..).map(|([a, b], i)| {
+        let normal = a.cross(*b);
+        (i, normal.dot(point) / -normal.dot(way))
+    });
+    // a line that runs along a face, or into it from outside, does not leave by it; a sample lies behind no face but for rounding
+    let leaves = |(i, at): &(usize, f64)| {
+        let normal = if *i == 0 { forward } else { sides[i - 1][0].cross(sides[i - 1][1]) };
+        let inwards = if normal.dot(forward) < 0.0 { -normal } else { normal };
+        inwards.dot(way) < -1e-9 && at.is_finite()
+    };
+    let mut crossings: Vec<_> = [near].into_iter().chain(crossings).filter(leaves).collect();
+    crossings.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let second = crossings.get(1).map_or(f64::INFINITY, |c| c.1);
+    (crossings[0].0, (second - crossings[0].1) / (crossings[0].1 + depth))
 }
 
 /// Where a point of a layer's light space lies in it, in texels; `None` behind the light or the warp's line.

@@ -6,9 +6,11 @@ use crate::comparators::{mixed, same_image};
 use crate::lights::{point, spot};
 use crate::scenes;
 use glam::{DVec2, DVec3, Vec3};
+use std::path::Path;
 use umbrage::Light;
 use umbrage::lab::{LabError, View};
 use umbrage::methods::{IzbLists, Method, MethodSpec, create, izb_lists};
+use umbrage::scene::{Blend, LoadOptions, load};
 use umbrage::truth::{compare, compare_coverage, ray_offsets, reference_coverage};
 
 const SIZE: [u32; 2] = [320, 180];
@@ -230,6 +232,74 @@ fn shares_are_those_of_the_samples() {
             assert!(one.edge > 10.0, "light {light}, {samples}: {one:?} with one sample");
         }
         same_image(&images[0], &draw(&lab, &text).1[0]).unwrap();
+    }
+}
+
+/// Leaves and sheets that let a share of the light through, over each other; pixels whose ray origins see the same share.
+#[test]
+fn translucent_casters_let_the_product_of_their_shares_through() {
+    let lights = vec![
+        Light::directional(DVec3::new(0.35, -1.0, -0.3)),
+        point([0.3, 3.5, 0.4], 12.0),
+        spot([1.0, 3.8, 0.5], [0.0, 0.0, 0.0], 40.0, 9.0),
+    ];
+    for ((mut scene, view), least) in [(scenes::leaves(SIZE), 1000), (scenes::random(SIZE, 9), 300)] {
+        let name = scene.name.clone();
+        scene.materials.iter_mut().filter(|m| m.alpha_cutoff > 0.0).for_each(|m| m.translucent = 1);
+        let lab = Bench::new(scene, View { lights: lights.clone(), ..view });
+        let (_, images) = draw(&lab, "izb");
+        let gbuffer = lab.gbuffer().unwrap();
+        for (light, image) in images.iter().enumerate() {
+            let reference = lab.reference(light, &|_| {}).unwrap();
+            let (mut shares, mut worst) = (0, 0.0f64);
+            for pixel in (0..image.len()).filter(|&i| reference.decided[i]) {
+                let normal = Vec3::from(gbuffer.normal[pixel]).as_dvec3();
+                let (origin, point) = (lab.scene().origin, gbuffer.point(pixel));
+                let (way, end) = match &lights[light] {
+                    Light::Directional { direction, .. } => (-*direction, f64::INFINITY),
+                    Light::Point { position, .. } | Light::Spot { position, .. } => (*position - origin - point, 1.0),
+                    other => panic!("{other:?}"),
+                };
+                let passes = ray_offsets(lab.scene(), &gbuffer, pixel)
+                    .map(|offset| lab.tracer().transmittance(point + normal * offset, way, end));
+                if passes.iter().any(|share| (share - passes[0]).abs() > 1e-3) {
+                    continue;
+                }
+                worst = worst.max((f64::from(image[pixel]) - passes[0]).abs());
+                shares += u32::from(passes[0] > 0.02 && passes[0] < 0.98);
+            }
+            let m = compare(image, &reference).unwrap();
+            println!("{name}, light {light}: {shares} shares, worst difference {worst:.5}, {} differ", m.differing);
+            assert!(shares > least && worst < 1e-3, "{name}, light {light}: {shares} shares, {worst}");
+            assert!(m.differing <= 2 && m.lost_pixels == 0, "{name}, light {light}: {m:?}");
+            same_image(image, &draw(&lab, "izb:resolution=64").1[light]).unwrap();
+        }
+        let many = &draw(&lab, "izb:samples=4").1[0];
+        let apart = many.iter().zip(&images[0]).map(|(a, b)| f64::from((a - b).abs())).sum::<f64>() / many.len() as f64;
+        assert!(apart > 1e-4 && apart < 0.02, "{name}: {apart} between one and four samples");
+    }
+}
+
+/// Panes of 30, 45 and 80 percent over a floor: each share that may pass, and no other.
+#[test]
+fn panes_over_each_other_multiply() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/glass/glass.gltf");
+    let (_, mut view) = scenes::sphere_on_plane(SIZE);
+    (view.camera.eye, view.camera.target) = (DVec3::new(0.6, 4.2, 5.2), DVec3::new(0.1, 0.2, 1.0));
+    view.lights = vec![Light::directional(DVec3::new(0.15, -0.8, 0.75))];
+    for (blend, want) in [
+        (Blend::Translucent, &[0.0, 0.11, 0.2, 0.385, 0.55, 0.7, 1.0][..]),
+        (Blend::Tested, &[0.0, 1.0]),
+        (Blend::Ignored, &[0.0, 1.0]),
+    ] {
+        let lab = Bench::new(load(&path, &LoadOptions { blend, ..LoadOptions::default() }).unwrap(), view.clone());
+        let (_, images) = draw(&lab, "izb");
+        let near = |v: f32| want.iter().position(|w| (w - v).abs() < 1e-4);
+        let mut seen = vec![0; want.len()];
+        images[0].iter().for_each(|&v| seen[near(v).unwrap_or_else(|| panic!("{blend:?}: a share of {v}"))] += 1);
+        assert!(seen.iter().all(|&n| n > 20), "{blend:?}: {seen:?} pixels of {want:?}");
+        let m = compare(&images[0], &lab.reference(0, &|_| {}).unwrap()).unwrap();
+        assert!(m.differing <= 2 && m.edge_pixels > 200, "{blend:?}: {m:?}");
     }
 }
 

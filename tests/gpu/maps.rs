@@ -64,6 +64,8 @@ fn directional_maps_match_the_reference() {
             "csm:resolution=1024,bias=midpoint",
             "csm:resolution=4096,fit=frustum,snap=true",
             "csm:resolution=1024,warp=always,blend=0.1",
+            "csm:resolution=1024,partition=faces",
+            "csm:resolution=1024,partition=faces,warp=none",
             "fvsm:tile=128,tiles=256",
             "qvsm:tile=256,tiles=64",
             "tiled:tile=512",
@@ -234,6 +236,60 @@ fn warped_cascades_err_less_on_a_long_scene() {
     }
 }
 
+/// A map for each face of the view frustum, under light from all around: each sample lies in the map of its face, warped faces err less
+/// than faces alone, and where two maps meet there are no more errors than beside.
+#[test]
+fn frustum_faces_match_the_reference() {
+    let (scene, view) = scenes::long_row(SIZE);
+    let mut lab = Bench::new(scene, view.clone());
+    let [right, up, back] = [0, 1, 2].map(|i| view.camera.view_from_world().row(i));
+    let (mut parts, mut errors) = ([0usize; 5], [[0usize; 2]; 2]);
+    // from above, from beside, from behind and from in front of the eye, the last two within the frustum's own angles too
+    for (x, y, z) in [(0.0, -1.0, 0.0), (-0.9, -0.7, -0.3), (0.5, -0.6, 0.6), (0.1, -0.2, -1.0), (-0.1, -0.15, 1.0)] {
+        let light = Light::directional(x * right + y * up + z * back);
+        lab.look(View { lights: vec![light], ..view.clone() }).unwrap();
+        let reference = lab.reference(0, &|_| {}).unwrap();
+        let [plain, warped] = ["none", "always"].map(|warp| {
+            let spec = format!("csm:resolution=1024,partition=faces,warp={warp}");
+            let mut method = method(&lab, &spec).unwrap();
+            method.frame(&lab).unwrap();
+            let counters = method.statistics(&lab).unwrap().counters;
+            let outside = counters.iter().find(|(name, _)| *name == "outside").unwrap().1;
+            assert_eq!(outside, 0, "{spec}, light {x} {y} {z}");
+            let visibility = method.visibility(&lab, 0).unwrap();
+            let part: Vec<_> = method.sampling(&lab, 0).unwrap().unwrap().errors.iter().map(|e| e.part).collect();
+            (visibility, part)
+        });
+        let truth = reference.visibility_image();
+        let mismatch = [&plain, &warped].map(|(image, _)| compare(image, &reference).unwrap().mismatch);
+        println!("light {x} {y} {z}: {:.3} %, warped {:.3} %", mismatch[0], mismatch[1]);
+        assert!(mismatch[1] <= 1.05 * mismatch[0], "light {x} {y} {z}: {mismatch:?}");
+        let (image, part) = &warped;
+        assert!(image.contains(&0.0) && image.contains(&1.0));
+        let [width, height] = SIZE.map(|n| n as usize);
+        for (x, y) in (8..height - 8).flat_map(|y| (8..width - 8).map(move |x| (x, y))) {
+            let own = part[y * width + x];
+            let Some(face) = parts.get_mut(own as usize) else { continue };
+            *face += 1;
+            let meets = |reach: usize| {
+                let side = 2 * reach + 1;
+                let around = (0..side * side).map(|i| part[(y + i / side - reach) * width + x + i % side - reach]);
+                around.filter(|p| *p != u32::MAX).any(|p| p != own)
+            };
+            // at a border, and beside it
+            let wrong = (image[y * width + x] - truth[y * width + x]).abs() > 0.5;
+            if meets(1) || meets(8) && !meets(2) {
+                let of = &mut errors[usize::from(meets(1))];
+                *of = [of[0] + usize::from(wrong), of[1] + 1];
+            }
+        }
+    }
+    println!("pixels of each face: {parts:?}, wrong beside borders and at them {errors:?}");
+    assert!(parts.iter().all(|n| *n > 50), "{parts:?}");
+    let [beside, border] = errors.map(|[wrong, all]| wrong as f64 / all as f64);
+    assert!(errors[1][1] > 1000 && border <= 1.5 * beside + 0.001, "{border} at borders, beside them {beside}");
+}
+
 /// Where the light shines along the view, or nearly (duelling frusta), no warp gains anything: the map is the fitted one.
 #[test]
 fn a_light_along_the_view_is_not_warped() {
@@ -286,6 +342,7 @@ fn every_sample_lies_in_the_map_of_its_layer() {
                 "csm:resolution=256,fit=frustum,snap=true",
                 "csm:resolution=64,cascades=8",
                 "csm:resolution=256,warp=always,blend=0.3",
+                "csm:resolution=64,partition=faces,warp=always",
                 "uniform",
                 "lispsm:resolution=512,warp=always",
                 "tsm:resolution=512,warp=always",

@@ -72,8 +72,19 @@ fn sampling_errors_are_the_twins() {
     };
     let point = Light::Point { position: DVec3::new(0.9, 2.4, 0.9), range: 7.0 };
     let (scene, view) = scenes::sphere_on_plane(SIZE);
+    let faces = "csm:resolution=256,partition=faces,warp=always";
+    let [right, back] = [0, 2].map(|i| view.camera.view_from_world().row(i));
+    let [behind, before] = [-1.0, 1.0].map(|z| {
+        let along = DVec3::new(z * back.x, 0.0, z * back.z).normalize();
+        Light::directional(0.15 * right + along - 0.6 * DVec3::Y)
+    });
     for (light, specs) in [
-        (view.lights[0].clone(), &["uniform:resolution=512", "lispsm:warp=always", "csm:resolution=256,blend=0.2"][..]),
+        (
+            view.lights[0].clone(),
+            &["uniform:resolution=512", "lispsm:warp=always", "csm:resolution=256,blend=0.2", faces][..],
+        ),
+        (behind, &[faces]),
+        (before, &[faces]),
         (spot, &["uniform:resolution=512"]),
         (point, &["uniform:resolution=512", "uniform:resolution=512,fit=scene"]),
     ] {
@@ -217,7 +228,16 @@ fn storage_factors_are_those_of_the_formulas() {
         let partitioned = [
             ("csm:resolution=512,cascades=4", slices[0] * sine),
             ("csm:resolution=512,cascades=4,warp=always", slices[1] * sine),
+            // all of the ground lies behind one face
+            ("csm:resolution=512,partition=faces,warp=always", warped_storage([near, far], near, 1.0, tan)),
         ];
+        let factor =
+            |method: &str, warp| sampling(&lab, &format!("csm:resolution=512,{method},warp={warp}")).storage_factor();
+        let [slices, faces] =
+            ["cascades=4", "partition=faces"].map(|method| ["none", "always"].map(|warp| factor(method, warp)));
+        println!("| {gamma} | four slices {slices:.1?} and faces {faces:.1?}, without a warp and with one |");
+        // with few maps slices need less than faces (Lloyd et al. 2006; book, fig. 4.19), which are for warping
+        assert!(slices[1] < faces[1] && faces[1] < 0.25 * faces[0], "{gamma} degrees: {slices:?}, {faces:?}");
         // the latter with a line that is best for light from above
         for (spec, formula) in cases.into_iter().chain(partitioned.into_iter().filter(|_| gamma > 80.0)) {
             let measured = sampling(&lab, spec).storage_factor();

