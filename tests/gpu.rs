@@ -27,6 +27,8 @@ mod exact;
 mod failing;
 #[path = "gpu/filter.rs"]
 mod filter;
+#[path = "gpu/forward.rs"]
+mod forward;
 #[path = "gpu/frame.rs"]
 mod frame;
 #[path = "gpu/frozen.rs"]

@@ -9,10 +9,10 @@ use std::collections::BTreeSet;
 use std::mem::offset_of;
 use umbrage::gpu::structs::{
     AnalyzePush, AsmCounts, AsmGpuCounts, AsmGpuPush, AsmPush, AtlasPush, Cell, ChoosePush, Counters, Edge, EdgeRun,
-    Face, Fit, Frame, ImportancePush, ItemPush, LightRecord, MapLight, MeshBounds, Node, Page, PreparePush, QvsmPush,
-    Region, RequestPush, RetryPush, RtwPush, SamplingError, ShadeLight, ShadePush, Slices, Slot, StalePush,
-    TemporalJitter, TemporalPush, TileCounts, TilePage, Tracked, TreeMeasurePush, TreeRequestPush, TreeState,
-    TrianglePush, VirtualMap, WarpMeasure, WarpPush, WarpRecord,
+    Face, Fit, ForwardCounts, ForwardSample, Frame, ImportancePush, ItemPush, LightRecord, MapLight, MeshBounds, Node,
+    Page, PreparePush, QvsmPush, Region, RequestPush, RetryPush, RtwPush, SamplingError, ShadeLight, ShadePush, Slices,
+    Slot, StalePush, TemporalJitter, TemporalPush, TileCounts, TilePage, Tracked, TreeMeasurePush, TreeRequestPush,
+    TreeState, TrianglePush, VirtualMap, WarpMeasure, WarpPush, WarpRecord,
 };
 use umbrage::scene::{Cluster, Instance, Material};
 
@@ -122,6 +122,10 @@ fn map_structs_are_those_of_the_shaders() {
     }
     let error = fields!(SamplingError, s t perspective_s perspective_t part);
     assert_layout::<SamplingError>(&all, "SamplingError", error);
+    let sample = fields!(ForwardSample, at_x at_y nearest farthest slope_x slope_y layer pad);
+    assert_layout::<ForwardSample>(&all, "ForwardSample", sample);
+    let counts = fields!(ForwardCounts, vertices instances first_vertex first_instance holes);
+    assert_layout::<ForwardCounts>(&all, "ForwardCounts", counts);
     assert_layout::<Slices>(&all, "Slices", fields!(Slices, extremes outside splits exits));
     assert_layout::<Edge>(&all, "Edge", fields!(Edge, ends first count));
     assert_layout::<EdgeRun>(&all, "EdgeRun", fields!(EdgeRun, instance first count));
@@ -207,6 +211,7 @@ fn no_struct_is_forgotten() {
         "EdgeRun",
         "ShadeLight",
         "SamplingError",
+        "ForwardSample",
         "Warp",
         "TileItem",
         "TilePair",

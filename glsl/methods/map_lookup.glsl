@@ -35,14 +35,7 @@ float layer_depth(uint layer, vec2 texel) { return texelFetch(map, ivec3(texel, 
 
 #include "shared/kernel.glsl"
 #include "methods/place.glsl"
-
-// The z that was stored as a depth, times what divides it there.
-float z_of(float depth) {
-    if (has_position()) {
-        return depth > 0.0 ? light.depth.y / depth : light.rule.z;
-    }
-    return (depth - light.depth.y) / light.depth.x;
-}
+#include "methods/stored_z.glsl"
 
 // A sample as a layer holds it.
 struct Held {

@@ -355,6 +355,47 @@ impl SamplingError {
     pub const NO_PART: u32 = u32::MAX;
 }
 
+/// The surface under a pixel as a map would hold it; see `glsl/methods/forward.glsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct ForwardSample {
+    /// Place along u from the layer's corner, in 1/256 texel.
+    pub at_x: i32,
+    /// The same along v.
+    pub at_y: i32,
+    /// Greatest stored depth there that matches.
+    pub nearest: f32,
+    /// Least stored depth there that matches.
+    pub farthest: f32,
+    /// Change of both to the next texel along u, on the surface's plane.
+    pub slope_x: f32,
+    /// The same along v.
+    pub slope_y: f32,
+    /// Layer of the map; from [`Self::OUTSIDE`] on none.
+    pub layer: u32,
+    #[doc(hidden)]
+    pub pad: u32,
+}
+
+impl ForwardSample {
+    /// [`Self::layer`] of a surface that no layer holds.
+    pub const OUTSIDE: u32 = u32::MAX - 2;
+    /// [`Self::layer`] of a surface that the light does not shine on.
+    pub const UNLIT: u32 = u32::MAX - 1;
+}
+
+/// What splatting a map did; see `glsl/methods/forward.glsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct ForwardCounts {
+    pub vertices: u32,
+    pub instances: u32,
+    pub first_vertex: u32,
+    pub first_instance: u32,
+    pub holes: u32,
+}
+
 /// A warp of a map; see `glsl/methods/warp.glsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]

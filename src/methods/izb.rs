@@ -210,12 +210,7 @@ pub(super) struct Izb {
 impl Izb {
     pub(super) fn new(spec: &MethodSpec, lab: &Lab) -> Result<Self, LabError> {
         let settings = settings(spec)?;
-        if !lab.has_fragment_stores() {
-            return Err(LabError::Refused(format!(
-                "'{spec}' needs the feature fragmentStoresAndAtomics, which device '{}' does not have",
-                lab.device_name()
-            )));
-        }
+        super::fragment_stores(spec, lab)?;
         let screen = if settings.own { Screen::with_owners(lab)? } else { Screen::new(lab)? };
         let lights = lab.view().lights.iter();
         let grids = lights.map(|light| Grid::new(spec, lab, &screen, light, settings)).collect::<Result<_, _>>()?;

@@ -23,6 +23,7 @@ mod asm_gpu;
 mod changes;
 mod comparison;
 mod csm;
+mod forward;
 mod frustum_faces;
 pub(crate) mod fvsm;
 mod hybrid;
@@ -61,6 +62,8 @@ mod warp;
 mod warp_passes;
 
 pub use crate::gpu::structs::SamplingError;
+#[doc(hidden)]
+pub use forward::ForwardStage;
 #[doc(hidden)]
 pub use izb::{Lists as IzbLists, lists as izb_lists};
 pub use sampling::Sampling;
@@ -251,6 +254,7 @@ pub static METHODS: &[MethodInfo] = &[
     izb::INFO,
     silhouette::INFO,
     triangle_store::INFO,
+    forward::INFO,
     hybrid::INFO,
     temporal::INFO,
     raytraced::INFO,
@@ -303,6 +307,17 @@ fn one_directional(spec: &MethodSpec, lab: &Lab) -> Result<(), LabError> {
             Err(LabError::Refused(format!("method '{}' serves one light and the view has {}", spec.name, lights.len())))
         }
     }
+}
+
+/// For methods whose fragment shaders write to buffers.
+fn fragment_stores(spec: &MethodSpec, lab: &Lab) -> Result<(), LabError> {
+    if lab.has_fragment_stores() {
+        return Ok(());
+    }
+    Err(LabError::Refused(format!(
+        "'{spec}' needs the feature fragmentStoresAndAtomics, which device '{}' does not have",
+        lab.device_name()
+    )))
 }
 
 /// What a method keeps for a light.

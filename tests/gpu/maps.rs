@@ -351,6 +351,7 @@ fn every_sample_lies_in_the_map_of_its_layer() {
                 "asm_gpu",
                 "silhouette:resolution=64",
                 "triangle_store:resolution=64,neighbours=4",
+                "forward:resolution=64",
                 "fvsm:tile=64,tiles=40",
                 "fvsm:tile=64,tiles=200,filter=pcf",
                 "tiled:tile=256",
@@ -366,6 +367,7 @@ fn every_sample_lies_in_the_map_of_its_layer() {
                 "uniform:resolution=256,fit=scene",
                 "silhouette:resolution=256",
                 "triangle_store:resolution=256",
+                "forward:resolution=256",
             ],
         ),
         (wide, &["uniform:resolution=256", "uniform:resolution=256,fit=scene", "triangle_store:resolution=256"]),
@@ -446,6 +448,7 @@ fn unserved_lights_are_refused() {
         (&point, "uniform:fit=frustum", "fit=frustum"),
         (&cone, "silhouette:fit=frustum", "fit=frustum"),
         (&cone, "triangle_store:fit=frustum", "fit=frustum"),
+        (&cone, "forward:fit=frustum", "fit=frustum"),
     ] {
         let (scene, view) = with_light(scenes::sphere_on_plane([16, 16]), light);
         let lab = Bench::new(scene, view);
@@ -470,6 +473,7 @@ fn another_kind_of_light_is_refused_later() {
         "hybrid:resolution=64",
         "silhouette:resolution=64",
         "triangle_store:resolution=64",
+        "forward:resolution=64",
         "fvsm:tiles=4",
         "qvsm:tiles=4",
         "tiled:tiles=4",
