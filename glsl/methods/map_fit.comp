@@ -25,7 +25,9 @@ void main() {
         vec2 low = -vec2(unordered(bounds[at]), unordered(bounds[at + 1u]));
         vec2 high = vec2(unordered(bounds[at + 2u]), unordered(bounds[at + 3u]));
         // a border for filters, and so that rounding keeps every sample inside
-        vec2 size = max((high - low) * (resolution / (resolution - 2.0 * border)), vec2(1e-6 * length(max(abs(low), abs(high)))));
+        // few samples far from the origin: a texel is longer than what coordinates are rounded by
+        float least_size = 5e-7 * resolution * length(max(abs(low), abs(high)));
+        vec2 size = max((high - low) * (resolution / (resolution - 2.0 * border)), vec2(least_size));
         low = 0.5 * (low + high) - 0.5 * size;
         float area = size.x * size.y;
         if (area < least) {

@@ -124,7 +124,7 @@ fn images_of_any_size() {
         for spec in ["uniform:resolution=64", "rmsm:atlas_mib=1", "fvsm:tile=64,tiles=4"] {
             let got = sampling(&lab, spec);
             assert_eq!(got.errors.len(), (size[0] * size[1]) as usize, "{spec}, {size:?}");
-            assert_eq!(got.pictures().unwrap().len(), 6, "{spec}, {size:?}");
+            assert_eq!(got.pictures().unwrap().len(), 7, "{spec}, {size:?}");
         }
     }
 }
