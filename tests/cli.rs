@@ -135,6 +135,8 @@ fn usage_errors() {
         ("render --out o --method asm:memory_mib=1", &["16 tiles", "starts with 16", "at most half"]),
         ("render --out o --method asm_gpu:cell=256,start=128", &["start=128", "cell=256", "at least the cell"]),
         ("render --out o --method silhouette:filter=pcf", &["'filter'", "resolution, fit, bias, depth_bias, cull"]),
+        ("render --out o --method triangle_store:neighbours=5", &["'5'", "neighbours", "0 to 4"]),
+        ("render --out o --method triangle_store:uncovered=dark", &["'dark'", "walk or depth or lit"]),
         ("render --out o --method rtw:edge=0.5", &["analysis=backward", "edge=1", "hybrid"]),
         ("render --out o --method rtw:view=false", &["view=false", "analysis=forward"]),
         ("render --out o --method rtw:subdivide=200", &["'200'", "subdivide", "from 0 to 100"]),

@@ -67,5 +67,7 @@ mod sort;
 mod temporal;
 #[path = "gpu/tree.rs"]
 mod tree;
+#[path = "gpu/triangle_store.rs"]
+mod triangle_store;
 #[path = "gpu/validation.rs"]
 mod validation;

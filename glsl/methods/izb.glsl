@@ -8,10 +8,6 @@ layout(std430, binding = IZB_BINDING + 1) buffer Listed { uvec4 listed[]; };  //
 layout(std430, binding = IZB_BINDING + 2) buffer Shadowed { uint shadowed[]; };  // by pixel: a bit for each sample that the light does not reach
 #endif
 
-// Where samples and casters are compared: the space of a face, relative to a light with a place and to the eye otherwise, so that
-// nothing near it is rounded more than its distance asks for.
-vec3 compared(uint face, vec3 from_eye) { return has_position() ? light_space(face, from_eye) : turned(face, from_eye); }
-
 // Place in a layer's grid, in texels times z.
 vec3 grid_place(Fit fit, vec3 at) {
     vec3 t = vec3(at.xy, divisor(at.z));

@@ -7,6 +7,7 @@
 #include "methods/izb_casters.glsl"
 #define IZB_BINDING 9
 #include "methods/izb.glsl"
+#include "methods/compared.glsl"
 layout(constant_id = 8) const bool OWN = false;  // whether `owners` are there
 layout(binding = 12) uniform usampler2D owners;  // see izb_owner.glsl
 layout(constant_id = 9) const bool TRANSLUCENT = false;  // whether casters may let a share of the light through
@@ -20,27 +21,6 @@ layout(location = 2) flat in vec3 corner_c;
 layout(location = 3) flat in uint instance_index;
 layout(location = 4) flat in uint triangle;
 
-// Whether the caster lies between a sample and the light, and where the ray meets it. Space is sheared along the ray (Woop, Benthin
-// and Wald 2013): neighbours compute the same edge function with opposite signs, so no ray slips through a shared edge. A caster
-// seen edge-on is not met.
-bool met_at(vec3 from, out vec3 weights) {
-    precise vec3 a = corner_a - from, b = corner_b - from, c = corner_c - from;
-    if (has_position()) {
-        precise vec2 slope = from.xy / from.z;
-        a.xy -= slope * a.z;
-        b.xy -= slope * b.z;
-        c.xy -= slope * c.z;
-    }
-    precise float u = c.x * b.y - c.y * b.x;
-    precise float v = a.x * c.y - a.y * c.x;
-    precise float w = b.x * a.y - b.y * a.x;
-    float determinant = u + v + w;
-    bool inside = (min(min(u, v), w) >= 0.0 || max(max(u, v), w) <= 0.0) && determinant != 0.0;
-    weights = vec3(u, v, w) / determinant;
-    float z = dot(weights, vec3(a.z, b.z, c.z));
-    return inside && z < 0.0 && (!has_position() || z > -from.z);
-}
-
 void main() {
     uvec2 texel = uvec2(gl_FragCoord.xy);
     uint next = heads[(LAYER * SIDE + texel.y) * SIDE + texel.x];
@@ -49,7 +29,7 @@ void main() {
         uvec4 s = listed[number];
         next = s.w;
         vec3 weights;
-        bool met = met_at(uintBitsToFloat(s.xyz), weights);
+        bool met = met_at(uintBitsToFloat(s.xyz), corner_a, corner_b, corner_c, weights);
         if (met && OWN) {
             // what a sample lies on does not shadow it
             uint pixel = number / SAMPLES;

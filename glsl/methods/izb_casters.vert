@@ -6,6 +6,8 @@
 #include "methods/fit.glsl"
 #include "methods/izb_casters.glsl"
 #include "methods/izb.glsl"
+#include "methods/compared.glsl"
+#include "methods/corner.glsl"
 
 // Casters over the grid of samples, conservatively: a triangle that covers every texel that the caster touches (Hasselgren,
 // Akenine-Moeller, Ohlsson 2005; book, 4.5.1). It may cover more, which costs time but changes nothing. Vertices are fetched here,
@@ -21,13 +23,6 @@ layout(location = 4) flat out uint triangle;
 const float WIDER = 0.8;
 // Triangles that reach farther than this many grids are not widened edge by edge, which rounding would not bear.
 const float FAR = 8.0;
-
-// Bit for bit the same for all triangles that share a vertex.
-vec3 placed(Instance instance, uint vertex) {
-    precise vec3 from_eye = eye_to_instance(frame, instance) + linear(instance, position(vertex));
-    precise vec3 at = compared(face_of(LAYER), from_eye);
-    return at;
-}
 
 float cross2(vec2 a, vec2 b) { return a.x * b.y - a.y * b.x; }
 
@@ -80,9 +75,9 @@ void main() {
     triangle = uint(gl_VertexIndex) / 3u;
     instance_index = uint(gl_InstanceIndex);
     uvec3 vertices = uvec3(indices[3u * triangle], indices[3u * triangle + 1u], indices[3u * triangle + 2u]);
-    corner_a = placed(instance, vertices.x);
-    corner_b = placed(instance, vertices.y);
-    corner_c = placed(instance, vertices.z);
+    corner_a = corner_at(face_of(LAYER), instance, vertices.x);
+    corner_b = corner_at(face_of(LAYER), instance, vertices.y);
+    corner_c = corner_at(face_of(LAYER), instance, vertices.z);
     Fit fit = fits[LAYER];
     vec3 at[3] = vec3[3](corner_a, corner_b, corner_c);
     vec2 p[3];

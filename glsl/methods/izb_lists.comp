@@ -10,6 +10,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(std430, binding = 5) readonly buffer Fits { Fit fits[]; };
 #define IZB_BINDING 6
 #include "methods/izb.glsl"
+#include "methods/compared.glsl"
 
 void main() {
     uvec2 pixel = gl_GlobalInvocationID.xy;

@@ -17,9 +17,9 @@ layout(constant_id = 8) const uint CENTRED = 0u;  // 1: the bias shrinks to noth
 layout(std430, binding = 5) readonly buffer Fits { Fit fits[]; };
 layout(binding = 6) uniform sampler2DArray map;
 layout(binding = 7, r32f) writeonly uniform image2D visibility_image;
-layout(binding = 8) uniform sampler2DArray second_map;  // with BIAS_MIDPOINT and BIAS_DUAL; with BIAS_IDS numbers of triangles
+layout(binding = 8) uniform sampler2DArray second_map;  // with BIAS_MIDPOINT and BIAS_DUAL; otherwise what ids.frag wrote
 layout(std430, binding = 9) readonly buffer Picked { uint picked[]; };  // with TILES
-layout(binding = 10) uniform sampler2D triangle_image;  // numbers of the triangles seen, with BIAS_IDS
+layout(binding = 10) uniform usampler2D owners;  // see izb_owner.glsl; with BIAS_IDS
 layout(constant_id = 7) const uint SILHOUETTES = 0u;
 layout(binding = 11) uniform sampler2DArray silhouette_map;  // with SILHOUETTES
 
@@ -44,7 +44,7 @@ struct Held {
     vec2 growth;  // share by which 1 / q falls to the next texel: a texel's middle is divided by its own
     float size;   // of a texel, world units
     vec2 slope;   // change of z to the next texel, in the receiver's plane
-    float number;  // of the triangle seen; with BIAS_IDS
+    vec2 triangle;  // that is seen, as ids.frag has it; with BIAS_IDS
     Plane plane;  // stored depth over the texels, nearer to the light by the bias; with BIAS_PLANE
 };
 
@@ -54,7 +54,7 @@ bool lit_by(uint layer, Held held, ivec2 texel) {
     if (BIAS == BIAS_PLANE) {
         return depth_at(held.plane, vec2(texel)) >= caster;
     }
-    if (BIAS == BIAS_IDS && texelFetch(second_map, ivec3(texel, layer), 0).r == held.number) {
+    if (BIAS == BIAS_IDS && texelFetch(second_map, ivec3(texel, layer), 0).rg == held.triangle) {
         return true;
     }
     float q = held.q / (1.0 - dot(held.growth, vec2(texel) + 0.5 - held.plane.texel));
@@ -88,6 +88,11 @@ bool lit_by_corners(uint layer, Held held, vec2 at) {
     return lit[corner.x + 2 * corner.y];
 }
 
+#ifdef STORED
+// Whether a layer lets light pass to a sample, by what the includer has it hold.
+bool lit_by_stored(uint layer, uvec2 pixel, Sample s, Place p, Held held);
+#endif
+
 // False where the layer does not hold the sample.
 bool look_up(uint layer, uvec2 pixel, Sample s, out float lit) {
     Place p;
@@ -96,9 +101,13 @@ bool look_up(uint layer, uvec2 pixel, Sample s, out float lit) {
     }
     float share = CENTRED == 1u ? 1.0 - confidence(p.texel) : 1.0;
     Plane plane = plane_of(p, fits[layer], share * full_bias(p));
-    float number = BIAS == BIAS_IDS ? texelFetch(triangle_image, ivec2(pixel), 0).r : 0.0;
+    vec2 triangle = BIAS == BIAS_IDS ? vec2(texelFetch(owners, ivec2(pixel), 0).xy) : vec2(0.0);
     vec2 growth = vec2(dot(fits[layer].row_w.xy, p.along[0]), dot(fits[layer].row_w.xy, p.along[1])) / p.q;
-    Held held = Held(p.ls.z, p.q, growth, max(p.size.x, p.size.y), p.slope, number, plane);
+    Held held = Held(p.ls.z, p.q, growth, max(p.size.x, p.size.y), p.slope, triangle, plane);
+#ifdef STORED
+    lit = lit_by_stored(layer, pixel, s, p, held) ? 1.0 : 0.0;
+    return true;
+#endif
     if (FILTER != FILTER_HARD) {
         lit = kernel_visibility(plane, uvec2(layer, 0u), pixel);
     } else {

@@ -14,13 +14,15 @@ pub(super) struct Comparison {
     pub(super) filter: Filter,
     /// Whether the plane's bias shrinks to nothing towards the middle of a texel: for methods that trust lookups there alone.
     pub(super) centred: bool,
+    /// Texels around a sample's own, either way, that a hard comparison reads too.
+    pub(super) search: u32,
 }
 
 impl Comparison {
     pub(super) fn of(spec: &MethodSpec) -> Result<Self, LabError> {
         let filter = filter(spec)?;
         let (bias, cull) = bias_kind(spec)?;
-        Ok(Self { bias, bias_texels: depth_bias(spec)? * filter.bias(), cull, filter, centred: false })
+        Ok(Self { bias, bias_texels: depth_bias(spec)? * filter.bias(), cull, filter, centred: false, search: 0 })
     }
 
     /// A method's own keys, then the five.

@@ -132,7 +132,7 @@ impl Csm {
         super::one_directional(spec, lab)?;
         let settings = settings(spec)?;
         let gpu = lab.gpu();
-        let screen = Screen::new(lab)?;
+        let screen = Screen::comparing(lab, &settings.comparison)?;
         let shape = Shape {
             side: settings.resolution,
             layers: settings.cascades,

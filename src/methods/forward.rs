@@ -188,7 +188,8 @@ impl Forward {
     fn new(spec: &MethodSpec, lab: &Lab) -> Result<Self, LabError> {
         super::fragment_stores(spec, lab)?;
         let (map, settings) = settings(spec)?;
-        let base = Uniform::new(spec, lab, map, Screen::new(lab)?)?;
+        let screen = Screen::comparing(lab, &map.comparison)?;
+        let base = Uniform::new(spec, lab, map, screen)?;
         let splats = |map| Splats::new(lab, &base.screen, map, &settings);
         let splats = base.maps.iter().map(splats).collect::<Result<_, _>>()?;
         Ok(Self { base, splats })

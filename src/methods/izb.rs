@@ -2,7 +2,7 @@
 //! visible samples are put into lists by texel of a grid in light space, casters are drawn conservatively over that grid, and
 //! each is tested exactly against the samples of every texel that it touches.
 
-use super::izb_owner::{Owners, bare, draw};
+use super::izb_owner::{bare, draw};
 use super::map::{self, Fits, Fitted, Given, Screen};
 use super::{DebugPicture, FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics, map_light};
 use crate::Light;
@@ -15,6 +15,19 @@ use crate::gpu::{Binding, Buffer, Compute, Graphics, Image, Shaders, Timer, spir
 use crate::lab::{Lab, LabError};
 use ash::vk;
 use bytemuck::Zeroable;
+
+/// The key [`own`].
+pub(super) const OWN: Parameter = Parameter {
+    key: "own",
+    default: "id",
+    allowed: "id or offset",
+    meaning: "what keeps triangles from shadowing their own samples: their numbers, which takes another camera pass, or the start of rays off the surface alone",
+};
+
+/// Whether the triangle under each pixel is found.
+pub(super) fn own(spec: &MethodSpec) -> Result<bool, LabError> {
+    Ok(spec.one_of(OWN.key, OWN.default, &["id", "offset"])? == "id")
+}
 
 const PARAMETERS: &[Parameter] = &[
     Parameter {
@@ -29,12 +42,7 @@ const PARAMETERS: &[Parameter] = &[
         allowed: "1, 4, 8 or 16",
         meaning: "samples a pixel: visibility is the share of them that the light reaches",
     },
-    Parameter {
-        key: "own",
-        default: "id",
-        allowed: "id or offset",
-        meaning: "what keeps triangles from shadowing their own samples: their numbers, which takes another camera pass, or the start of rays off the surface alone",
-    },
+    OWN,
 ];
 
 pub(super) const INFO: MethodInfo = MethodInfo {
@@ -58,7 +66,7 @@ fn settings(spec: &MethodSpec) -> Result<Settings, LabError> {
     Ok(Settings {
         resolution: spec.u32_in("resolution", 1024, 16..=4096)?,
         samples: spec.one_of("samples", "1", &["1", "4", "8", "16"])?.parse().unwrap_or(1),
-        own: spec.one_of("own", "id", &["id", "offset"])? == "id",
+        own: own(spec)?,
     })
 }
 
@@ -82,13 +90,7 @@ struct Grid {
 }
 
 impl Grid {
-    fn new(
-        spec: &MethodSpec,
-        lab: &Lab,
-        (screen, owners): (&Screen, Option<&Owners>),
-        light: &Light,
-        settings: Settings,
-    ) -> Result<Self, LabError> {
+    fn new(spec: &MethodSpec, lab: &Lab, screen: &Screen, light: &Light, settings: Settings) -> Result<Self, LabError> {
         let Settings { resolution, samples, .. } = settings;
         let (gpu, kind, layers) = (lab.gpu(), map_light::kind(light), map_light::layers(light));
         let side = (f64::from(resolution) / f64::from(layers).sqrt()) as u32;
@@ -121,6 +123,7 @@ impl Grid {
         let seen = fitted.samples(screen);
         let lists = [&seen[..], &[fits], &own].concat();
         let drawn = [&[seen[0], seen[3], fits], &hit_bindings(scene)[..], &[Binding::External(scene.indices)], &own];
+        let owners = screen.owners();
         let owned = owners.map(|owners| Binding::Sampled(&owners.image)).unwrap_or(seen[2]);
         // without translucent casters the shaders do not read it
         let held = Binding::Storage(held_back.as_ref().unwrap_or(&shadowed));
@@ -200,7 +203,6 @@ impl Fits for Grid {
 
 pub(super) struct Izb {
     screen: Screen,
-    owners: Option<Owners>,
     /// One for each light.
     grids: Vec<Grid>,
 }
@@ -209,12 +211,10 @@ impl Izb {
     pub(super) fn new(spec: &MethodSpec, lab: &Lab) -> Result<Self, LabError> {
         let settings = settings(spec)?;
         super::fragment_stores(spec, lab)?;
-        let screen = Screen::new(lab)?;
-        let owners = settings.own.then(|| Owners::new(lab, &screen)).transpose()?;
+        let screen = if settings.own { Screen::with_owners(lab)? } else { Screen::new(lab)? };
         let lights = lab.view().lights.iter();
-        let grid = |light| Grid::new(spec, lab, (&screen, owners.as_ref()), light, settings);
-        let grids = lights.map(grid).collect::<Result<_, _>>()?;
-        Ok(Self { screen, owners, grids })
+        let grids = lights.map(|light| Grid::new(spec, lab, &screen, light, settings)).collect::<Result<_, _>>()?;
+        Ok(Self { screen, grids })
     }
 }
 
@@ -241,10 +241,7 @@ impl Method for Izb {
                     }
                 }
             }),
-            map::Step::Slice => {
-                self.owners.iter().for_each(|owners| owners.record(lab, cmd, &self.screen, groups));
-            }
-            map::Step::Fitted | map::Step::Warp => {}
+            map::Step::Slice | map::Step::Fitted | map::Step::Warp => {}
         };
         lab.frame(|cmd, timer| {
             map::record_fits((lab, &camera), (cmd, timer), &self.screen, &self.grids, &given, steps);
@@ -274,7 +271,6 @@ impl Method for Izb {
 
     fn memory(&self) -> Vec<(&'static str, u64)> {
         let sum = |bytes: fn(&Grid) -> u64| self.grids.iter().map(bytes).sum::<u64>();
-        let owners = self.owners.as_ref().map_or(0, Owners::bytes);
         vec![
             (
                 "lists",
@@ -282,7 +278,7 @@ impl Method for Izb {
                     g.heads.size + g.listed.size + g.shadowed.size + g.held_back.as_ref().map_or(0, |held| held.size)
                 }),
             ),
-            ("screen", self.screen.receivers.bytes() + owners + sum(|g| g.visibility.bytes)),
+            ("screen", self.screen.bytes() + sum(|g| g.visibility.bytes)),
             ("other", self.screen.frame.size + sum(|g| g.fitted.bytes())),
         ]
     }

@@ -1,5 +1,6 @@
-//! The triangle under each pixel, for [`super::izb`]: what a sample lies on does not shadow it. And the draws whose shaders fetch
-//! vertices themselves, because they ask for more than one of a triangle.
+//! The triangle under each pixel: what a sample lies on does not shadow it, in [`super::izb`], with `bias=ids` and in
+//! [`super::triangle_store`]. And the draws whose shaders fetch vertices themselves, because they ask for more than one of a
+//! triangle.
 
 use super::map::{self, Screen};
 use crate::engine::depth_prepass::MeshDraw;
@@ -58,9 +59,11 @@ impl Owners {
     }
 
     /// After the receivers were written.
-    pub(super) fn record(&self, lab: &Lab, cmd: vk::CommandBuffer, screen: &Screen, groups: [u32; 3]) {
+    pub(super) fn record(&self, lab: &Lab, cmd: vk::CommandBuffer, screen: &Screen) {
         use Access::*;
         let device = &lab.gpu().device;
+        let vk::Extent2D { width, height } = self.image.extent;
+        let groups = [width.div_ceil(8), height.div_ceil(8), 1];
         sync::discard(device, cmd, &self.image, LookupRead, ColorAttachment);
         sync::discard(device, cmd, &self.depth, DepthAttachment, DepthAttachment);
         let target = |image: &Image, image_layout, store_op| {

@@ -1,6 +1,7 @@
 //! What the methods that draw fitted maps share: the layers of one light's map with their passes, and a frame of them.
 
 use super::comparison::{BiasKind, Comparison};
+use super::izb_owner::Owners;
 use super::map_fit::{ANGLES, least_area};
 use super::map_light::Kind;
 use super::polygon_ids::PolygonIds;
@@ -31,6 +32,8 @@ pub(super) struct Screen {
     size: [u32; 2],
     /// Where maps hold silhouettes too.
     edges: Option<Edges>,
+    /// The triangle under each pixel, where comparisons ask for it.
+    owners: Option<Owners>,
 }
 
 impl Screen {
@@ -39,12 +42,33 @@ impl Screen {
         let frame = constants_buffer(gpu, "frame constants", size_of::<Frame>())?;
         let receivers = Receivers::new(gpu, lab.view().size)?;
         let gradient = Gradient::new(gpu, Binding::Uniform(&frame), &lab.prepass().images(), &receivers)?;
-        Ok(Self { frame, receivers, gradient, size: lab.view().size, edges: None })
+        Ok(Self { frame, receivers, gradient, size: lab.view().size, edges: None, owners: None })
+    }
+
+    /// With what a comparison reads of each pixel.
+    pub(super) fn comparing(lab: &Lab, comparison: &Comparison) -> Result<Self, LabError> {
+        if comparison.bias == BiasKind::Ids { Self::with_owners(lab) } else { Self::new(lab) }
+    }
+
+    /// With the triangle under each pixel.
+    pub(super) fn with_owners(lab: &Lab) -> Result<Self, LabError> {
+        let screen = Self::new(lab)?;
+        Ok(Self { owners: Some(Owners::new(lab, &screen)?), ..screen })
     }
 
     /// For maps that hold silhouettes too.
-    pub(super) fn with_edges(lab: &Lab) -> Result<Self, LabError> {
-        Ok(Self { edges: Some(Edges::new(lab)?), ..Self::new(lab)? })
+    pub(super) fn with_edges(lab: &Lab, comparison: &Comparison) -> Result<Self, LabError> {
+        Ok(Self { edges: Some(Edges::new(lab)?), ..Self::comparing(lab, comparison)? })
+    }
+
+    /// The triangle under each pixel, where it is found.
+    pub(super) fn owners(&self) -> Option<&Owners> {
+        self.owners.as_ref()
+    }
+
+    /// Device memory of what all pixels have, in bytes.
+    pub(super) fn bytes(&self) -> u64 {
+        self.receivers.bytes() + self.owners.as_ref().map_or(0, Owners::bytes)
     }
 
     /// The scene's edges where maps hold silhouettes too.
@@ -99,7 +123,8 @@ impl Shape {
     /// Texels around the samples that a layer holds too.
     pub(super) fn border(&self) -> u32 {
         // rounding keeps every sample inside
-        if self.comparison.filter == Filter::Hard { 1 } else { 1 + self.comparison.filter.reach() }
+        let filter = if self.comparison.filter == Filter::Hard { 0 } else { self.comparison.filter.reach() };
+        1 + filter + self.comparison.search
     }
 }
 
@@ -132,6 +157,11 @@ fn samples_of<'a>(screen: &'a Screen, light: &'a Buffer, slices: &'a Buffer) -> 
         Binding::Uniform(light),
         Binding::Storage(slices),
     ]
+}
+
+/// The triangle under each pixel, or what shaders do not read.
+fn owners_of(screen: &Screen) -> Binding<'_> {
+    Binding::Sampled(screen.owners().map_or(&screen.receivers.planes, |owners| &owners.image))
 }
 
 /// What drawing reads: `glsl/methods/map_place.glsl`, pairs, and what tests of fragments need.
@@ -332,9 +362,10 @@ impl Map {
         let pairs = Binding::Storage(tiles.as_ref().map_or(fits, |tiles| &tiles.pairs));
         let picked = Binding::Storage(tiles.as_ref().map_or(fits, |tiles| &tiles.picked));
         let draw = caster_bindings(lab, &fitted.light, fits, pairs);
-        let ids = (bias == BiasKind::Ids)
-            .then(|| PolygonIds::new(spec, lab, (&shape, kind), &draw, &screen.frame))
-            .transpose()?;
+        if bias == BiasKind::Ids && tiled {
+            return Err(LabError::Refused(format!("'{spec}': bias=ids does not serve maps of tiles")));
+        }
+        let ids = (bias == BiasKind::Ids).then(|| PolygonIds::new(spec, lab, (&shape, kind), &draw)).transpose()?;
         // with a side left out every fragment is tested
         let depth_compare = vk::CompareOp::GREATER_OR_EQUAL;
         let state = |tested| GraphicsState {
@@ -362,9 +393,6 @@ impl Map {
             Graphics::new(gpu, "map_peel", &shaders, &[&draw[..], &[Binding::Sampled(&image)]].concat(), &state(true))
         };
         let peels = second.iter().flat_map(|_| 0..drawn).map(peel).collect::<Result<_, _>>()?;
-        let compute = |name, spirv: &[u8], own: &[Binding<'_>], constants: &[u32]| {
-            Compute::new(gpu, name, spirv, &[&samples[..], own].concat(), constants, 0)
-        };
         if tiled {
             // their contents stay from draw to draw
             let images: Vec<_> = [&image].into_iter().chain(&second).collect();
@@ -374,24 +402,22 @@ impl Map {
                 }
             })?;
         }
+        let own = [
+            draw[1],
+            Binding::Sampled(&image),
+            Binding::StorageImage(&visibility),
+            Binding::Sampled(second.as_ref().or(ids.as_ref().map(|ids| &ids.map)).unwrap_or(&image)),
+            picked,
+            owners_of(screen),
+            Binding::Sampled(silhouettes.as_ref().map_or(&image, SilhouetteMap::points)),
+        ];
+        let constants = lookup_constants(&shape, position, silhouettes.is_some());
+        let words = spirv!("methods/map_lookup.comp");
         Ok(Self {
             draws: (0..drawn)
                 .map(|l| Ok([pipeline(l, false)?, pipeline(l, true)?]))
                 .collect::<Result<_, LabError>>()?,
-            lookup: compute(
-                "map_lookup",
-                spirv!("methods/map_lookup.comp"),
-                &[
-                    draw[1],
-                    Binding::Sampled(&image),
-                    Binding::StorageImage(&visibility),
-                    Binding::Sampled(second.as_ref().or(ids.as_ref().map(|ids| &ids.map)).unwrap_or(&image)),
-                    picked,
-                    Binding::Sampled(ids.as_ref().map_or(&screen.receivers.depth, |ids| &ids.view)),
-                    Binding::Sampled(silhouettes.as_ref().map_or(&image, SilhouetteMap::points)),
-                ],
-                &lookup_constants(&shape, position, silhouettes.is_some()),
-            )?,
+            lookup: Compute::new(gpu, "map_lookup", words, &[&samples[..], &own].concat(), &constants, 0)?,
             shape,
             fitted,
             tiles,
@@ -426,13 +452,23 @@ impl Map {
         caster_bindings(lab, self.light(), self.fits(), Binding::Storage(self.fits()))
     }
 
-    /// What a lookup of a parallel light's map of depths alone reads beside samples, and its constants.
+    /// What a lookup of depths, and of triangles where there are any, reads beside samples, and its constants.
     pub(super) fn lookup<'a>(&'a self, screen: &'a Screen) -> ([Binding<'a>; 7], [u32; 9]) {
         let image = Binding::Sampled(&self.image);
         let (fits, visibility) = (Binding::Storage(self.fits()), Binding::StorageImage(&self.visibility));
-        let unread = Binding::Sampled(&screen.receivers.depth);
-        let own = [fits, image, visibility, image, self.picked(), unread, image];
-        (own, lookup_constants(&self.shape, 0, false))
+        let ids = Binding::Sampled(self.ids.as_ref().map_or(&self.image, |ids| &ids.map));
+        let own = [fits, image, visibility, ids, self.picked(), owners_of(screen), image];
+        (own, lookup_constants(&self.shape, self.fitted.position(), false))
+    }
+
+    /// Looks up by another pass from now on.
+    pub(super) fn set_lookup(&mut self, lookup: Compute) {
+        self.lookup = lookup;
+    }
+
+    /// The nearest triangle of each texel, where the map holds them.
+    pub(super) fn ids(&self) -> Option<&PolygonIds> {
+        self.ids.as_ref()
     }
 
     /// Draws and looks up the first surface through a warp from now on.
@@ -701,6 +737,10 @@ pub(super) fn record_fits<T: Fits>(
     screen.gradient.record(cmd, screen.size);
     screen.receivers.record_written(device, cmd);
     timer.mark(cmd, "gradient");
+    if let Some(owners) = screen.owners() {
+        owners.record(lab, cmd, screen);
+        timer.mark(cmd, "owners");
+    }
     if fitted().next().is_some() {
         steps(Step::Slice, cmd, timer);
         fitted().for_each(|map| map.measure.dispatch(cmd, &(), screen.columns()));
@@ -723,17 +763,15 @@ pub(super) fn masks(maps: &[Map]) -> Masks<'_> {
 pub(super) fn memory(screen: &Screen, maps: &[Map]) -> Vec<(&'static str, u64)> {
     let sum = |bytes: fn(&Map) -> u64| maps.iter().map(bytes).sum::<u64>();
     let mut memory = vec![
-        ("map", sum(|m| m.image.bytes + m.second.as_ref().map_or(0, |second| second.bytes))),
-        ("screen", screen.receivers.bytes() + sum(|m| m.visibility.bytes)),
         (
-            "other",
-            screen.frame.size
-                + sum(|m| {
-                    m.fitted.bytes()
-                        + m.tiles.as_ref().map_or(0, |tiles| tiles.bytes)
-                        + m.ids.as_ref().map_or(0, PolygonIds::bytes)
-                }),
+            "map",
+            sum(|m| {
+                let second = m.second.as_ref().or(m.ids.as_ref().map(|ids| &ids.map));
+                m.image.bytes + second.map_or(0, |second| second.bytes)
+            }),
         ),
+        ("screen", screen.bytes() + sum(|m| m.visibility.bytes)),
+        ("other", screen.frame.size + sum(|m| m.fitted.bytes() + m.tiles.as_ref().map_or(0, |tiles| tiles.bytes))),
     ];
     if let Some(edges) = &screen.edges {
         memory.push(("silhouettes", sum(|m| m.silhouettes.as_ref().map_or(0, SilhouetteMap::bytes))));

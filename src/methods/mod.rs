@@ -57,6 +57,7 @@ mod temporal;
 pub(crate) mod tiled;
 mod tiles;
 pub(crate) mod tree;
+mod triangle_store;
 mod tsm;
 mod uniform;
 mod warp;
@@ -75,6 +76,8 @@ pub use silhouette::SilhouetteStage;
 #[doc(hidden)]
 pub use silhouette_edges::Outline;
 pub use spec::MethodSpec;
+#[doc(hidden)]
+pub use triangle_store::{Stored as StoredTriangles, stored as stored_triangles};
 
 use crate::Light;
 use crate::gpu::{Buffer, Image};
@@ -253,6 +256,7 @@ pub static METHODS: &[MethodInfo] = &[
     tiled::INFO,
     izb::INFO,
     silhouette::INFO,
+    triangle_store::INFO,
     forward::INFO,
     hybrid::INFO,
     temporal::INFO,

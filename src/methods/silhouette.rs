@@ -31,7 +31,9 @@ pub(super) const INFO: MethodInfo = MethodInfo {
 };
 
 fn make(spec: &MethodSpec, lab: &Lab) -> Result<Uniform, LabError> {
-    Uniform::new(spec, lab, uniform::settings(spec, SIDE)?, Screen::with_edges(lab)?)
+    let settings = uniform::settings(spec, SIDE)?;
+    let screen = Screen::with_edges(lab, &settings.comparison)?;
+    Uniform::new(spec, lab, settings, screen)
 }
 
 /// The method with what it found for the view's first light, for tests.

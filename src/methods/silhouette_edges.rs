@@ -45,11 +45,7 @@ impl Topology {
     }
 
     fn add(&mut self, scene: &Scene, mesh: &Mesh) {
-        let mut places = HashMap::new();
-        let indices = &scene.indices[mesh.first_index as usize..(mesh.first_index + mesh.index_count) as usize];
-        // + 0.0 makes one of both zeros
-        let place = |vertex: u32| scene.positions[vertex as usize].map(|v| (v + 0.0).to_bits());
-        let welded: Vec<u32> = indices.iter().map(|&vertex| *places.entry(place(vertex)).or_insert(vertex)).collect();
+        let welded = welded(scene, mesh);
         // ends, the lesser first, and the third corner
         let mut sides: Vec<[u32; 3]> = Vec::with_capacity(welded.len());
         for &[a, b, c] in welded.as_chunks().0 {
@@ -65,6 +61,15 @@ impl Topology {
             self.opposites.extend(of_edge.iter().map(|side| side[2]));
         }
     }
+}
+
+/// The indices of a mesh, with one vertex for all in one place.
+pub(super) fn welded(scene: &Scene, mesh: &Mesh) -> Vec<u32> {
+    let mut places = HashMap::new();
+    let indices = &scene.indices[mesh.first_index as usize..(mesh.first_index + mesh.index_count) as usize];
+    // + 0.0 makes one of both zeros
+    let place = |vertex: u32| scene.positions[vertex as usize].map(|v| (v + 0.0).to_bits());
+    indices.iter().map(|&vertex| *places.entry(place(vertex)).or_insert(vertex)).collect()
 }
 
 /// An edge of an instance.

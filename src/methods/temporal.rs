@@ -153,7 +153,8 @@ impl Temporal {
         let gpu = lab.gpu();
         let mut map = uniform::settings(spec, SIDE)?;
         map.comparison.centred = true;
-        let base = Uniform::new(spec, lab, map, Screen::new(lab)?)?;
+        let screen = Screen::comparing(lab, &map.comparison)?;
+        let base = Uniform::new(spec, lab, map, screen)?;
         let map = &base.maps[0];
         let image = || screen_image(lab, "history", vk::Format::R32G32B32A32_UINT, vk::ImageUsageFlags::STORAGE);
         let history = [image()?, image()?];

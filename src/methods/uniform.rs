@@ -35,7 +35,11 @@ pub(super) const INFO: MethodInfo = MethodInfo {
     summary: "One conventional map, fitted on the GPU to the visible samples that face the light, turned to least area",
     parameters: &PARAMETERS,
     check: |spec| settings(spec, SIDE).map(|_| ()),
-    create: |spec, lab| Ok(Box::new(Uniform::new(spec, lab, settings(spec, SIDE)?, Screen::new(lab)?)?)),
+    create: |spec, lab| {
+        let settings = settings(spec, SIDE)?;
+        let screen = Screen::comparing(lab, &settings.comparison)?;
+        Ok(Box::new(Uniform::new(spec, lab, settings, screen)?))
+    },
 };
 
 pub(super) struct Settings {

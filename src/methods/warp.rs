@@ -56,7 +56,7 @@ pub(super) struct Warp {
 impl Warp {
     pub(super) fn new(name: &'static str, spec: &MethodSpec, lab: &Lab, settings: Settings) -> Result<Self, LabError> {
         super::one_directional(spec, lab)?;
-        let screen = Screen::new(lab)?;
+        let screen = Screen::comparing(lab, &settings.comparison)?;
         let Settings { resolution: side, rule, always, logarithm, comparison } = settings;
         let shape = Shape { side, layers: 1, tiled: false, blend: 0.0, comparison };
         let mut map = Map::new(spec, lab, &screen, &lab.view().lights[0], shape)?;

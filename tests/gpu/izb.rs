@@ -90,7 +90,7 @@ fn lists_hold_each_sample_that_faces_the_light_once_and_where_it_lies() {
 }
 
 /// What every triangle says of a sample, in double precision: 1 in shadow, 0 not, `None` where single precision may differ.
-fn brute(triangles: &[[DVec3; 3]], sample: DVec3) -> Option<bool> {
+pub fn brute(triangles: &[[DVec3; 3]], sample: DVec3) -> Option<bool> {
     let mut shadowed = Some(false);
     for triangle in triangles {
         let [a, b, c] = triangle.map(|corner| corner - sample);

@@ -64,6 +64,7 @@ fn directional_maps_match_the_reference() {
             "logpsm:resolution=2048,line=eye",
             "logpsm:resolution=2048,warp=always,line=even",
             "silhouette:resolution=2048",
+            "triangle_store:resolution=2048",
             "csm:resolution=1024,bias=midpoint",
             "csm:resolution=4096,fit=frustum,snap=true",
             "csm:resolution=1024,warp=always,blend=0.1",
@@ -355,6 +356,7 @@ fn every_sample_lies_in_the_map_of_its_layer() {
                 "asm",
                 "asm_gpu",
                 "silhouette:resolution=64",
+                "triangle_store:resolution=64,neighbours=4",
                 "forward:resolution=64",
                 "fvsm:tile=64,tiles=40",
                 "fvsm:tile=64,tiles=200,filter=pcf",
@@ -370,10 +372,11 @@ fn every_sample_lies_in_the_map_of_its_layer() {
                 "uniform:resolution=256",
                 "uniform:resolution=256,fit=scene",
                 "silhouette:resolution=256",
+                "triangle_store:resolution=256",
                 "forward:resolution=256",
             ],
         ),
-        (wide, &["uniform:resolution=256", "uniform:resolution=256,fit=scene"]),
+        (wide, &["uniform:resolution=256", "uniform:resolution=256,fit=scene", "triangle_store:resolution=256"]),
     ] {
         view.lights = vec![light];
         let lab = Bench::new(scene.clone(), view.clone());
@@ -451,6 +454,7 @@ fn unserved_lights_are_refused() {
         (&cone, "uniform:fit=frustum", "fit=frustum"),
         (&point, "uniform:fit=frustum", "fit=frustum"),
         (&cone, "silhouette:fit=frustum", "fit=frustum"),
+        (&cone, "triangle_store:fit=frustum", "fit=frustum"),
         (&cone, "forward:fit=frustum", "fit=frustum"),
     ] {
         let (scene, view) = with_light(scenes::sphere_on_plane([16, 16]), light);
@@ -476,6 +480,7 @@ fn another_kind_of_light_is_refused_later() {
         "temporal:resolution=64",
         "hybrid:resolution=64",
         "silhouette:resolution=64",
+        "triangle_store:resolution=64",
         "forward:resolution=64",
         "fvsm:tiles=4",
         "qvsm:tiles=4",
