@@ -16,4 +16,10 @@ float warped(uint axis, float at) {
     return clamp(place, low, high);
 }
 
+// Change of that per change of the coordinate, in [0, 1].
+float growth(uint axis, float at) {
+    uint i = axis * (CELLS + 1u) + min(uint(at * float(CELLS)), CELLS - 1u);
+    return (warp[i + 1u] - warp[i]) * float(CELLS);
+}
+
 vec2 warped(vec2 at) { return vec2(warped(0u, at.x), warped(1u, at.y)); }

@@ -9,13 +9,25 @@ use crate::lab::{Lab, LabError};
 
 /// Those of the last frame.
 pub(super) fn sampling(lab: &Lab, screen: &Screen, map: &Map) -> Result<Sampling, LabError> {
+    sampling_by(lab, (screen, map), spirv!("methods/map_sampling.comp"), &[], &[])
+}
+
+/// Those of a map whose texels are not those of its fit: a shader with the binding and the constant that it has beside.
+pub(super) fn sampling_by(
+    lab: &Lab,
+    (screen, map): (&Screen, &Map),
+    words: &[u8],
+    binding: &[Binding<'_>],
+    constant: &[u32],
+) -> Result<Sampling, LabError> {
     let shape = map.shape();
     let position = map.kind() != Kind::Parallel;
     let side = shape.side as f32;
     let errors = measure(lab, &side, |target| {
-        let bindings = [&map.samples(screen)[..], &[Binding::Storage(map.fits()), target, map.picked()]].concat();
-        let constants = [shape.fitted(), u32::from(position), 0, 0, 0, 0, shape.tiled.into()];
-        Compute::new(lab.gpu(), "map_sampling", spirv!("methods/map_sampling.comp"), &bindings, &constants, 4)
+        let own = [Binding::Storage(map.fits()), target, map.picked()];
+        let bindings = [&map.samples(screen)[..], &own, binding].concat();
+        let constants = [&[shape.fitted(), position.into(), 0, 0, 0, 0, shape.tiled.into()], constant].concat();
+        Compute::new(lab.gpu(), "map_sampling", words, &bindings, &constants, 4)
     })?;
     let slices: Slices = bytemuck::pod_read_unaligned(&lab.read_buffer(map.slices())?[..size_of::<Slices>()]);
     let inputs = SamplingInputs {
@@ -26,6 +38,7 @@ pub(super) fn sampling(lab: &Lab, screen: &Screen, map: &Map) -> Result<Sampling
         splits: slices.splits[..shape.fitted() as usize].to_vec(),
         nearest: (slices.exits[0][3] != 0.0).then(|| f32::from_bits(!slices.extremes[1])),
         side: shape.side,
+        warp: None,
     };
     Ok(Sampling {
         size: lab.view().size,

@@ -5,6 +5,8 @@
 use super::comparison::Comparison;
 use super::map::{self, Given, Map, Screen, Shape, Step, Warped};
 use super::map_cover::Cover;
+use super::map_sampling::sampling_by;
+use super::sampling::Sampling;
 use super::{
     DebugPicture, FrameTimes, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics, bent, map_light,
     rtw_pictures,
@@ -409,6 +411,16 @@ impl Method for Rtw {
 
     fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {
         super::of_light(&self.map, INFO.name, light)?.visibility(lab)
+    }
+
+    fn sampling(&mut self, lab: &Lab, light: usize) -> Result<Option<Sampling>, LabError> {
+        let map = super::of_light(&self.map, INFO.name, light)?;
+        let (words, warp) = (spirv!("methods/rtw_sampling.comp"), [Binding::Storage(&self.maps.warp)]);
+        let mut sampling = sampling_by(lab, (&self.screen, map), words, &warp, &[self.settings.cells])?;
+        if let Some(inputs) = &mut sampling.inputs {
+            inputs.warp = Some(self.maps.warp(lab)?);
+        }
+        Ok(Some(sampling))
     }
 
     fn masks(&self) -> Option<Masks<'_>> {

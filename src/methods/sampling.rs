@@ -44,6 +44,8 @@ pub struct SamplingInputs {
     pub nearest: Option<f32>,
     /// Texels along a side of a layer.
     pub side: u32,
+    /// Along each axis where the map has the ends of cells of equal width, if it is warped so.
+    pub warp: Option<[Vec<f32>; 2]>,
 }
 
 impl Sampling {

@@ -69,8 +69,16 @@ pub fn sides(inputs: &SamplingInputs, pixel: [u32; 2], depth: f32, normal: u32) 
     }
     margin = margin.min(reached.abs());
 
-    let at = place(&inputs.fits[layer], f64::from(inputs.side), inputs.position, space(face, point));
-    let inside = at.is_some_and(|at| at.min_element() >= 0.0 && at.max_element() < f64::from(inputs.side));
+    let place = |p| place(&inputs.fits[layer], inputs.position, space(face, p));
+    if let (Some(warp), Some(at)) = (&inputs.warp, place(point)) {
+        // differences say nothing across the end of a cell
+        let cells = at * (warp[0].len() - 1) as f64;
+        margin = margin.min(1e-2 * (cells - cells.round()).abs().min_element());
+    }
+    let side = f64::from(inputs.side);
+    let in_map = |p| place(p).map(|at| side * warped(inputs.warp.as_ref(), at));
+    let at = in_map(point);
+    let inside = at.is_some_and(|at| at.min_element() >= 0.0 && at.max_element() < side);
     if reached <= 0.0 || !inside {
         return Some(Sides { sides: [0.0; 4], part: SamplingError::NO_PART, margin, grazing: 1.0 });
     }
@@ -78,7 +86,7 @@ pub fn sides(inputs: &SamplingInputs, pixel: [u32; 2], depth: f32, normal: u32) 
         let look = |offset: DVec2| {
             let r = ray(centre + offset);
             let p = r * (n.dot(point) / n.dot(r));
-            place(&inputs.fits[layer], f64::from(inputs.side), inputs.position, space(face, p)).unwrap_or(DVec2::NAN)
+            in_map(p).unwrap_or(DVec2::NAN)
         };
         let change = |d: DVec2| (look(STEP * d) - look(-STEP * d)) / (2.0 * STEP);
         let pixels_per_texel = DMat2::from_cols(change(DVec2::X), change(DVec2::Y)).inverse();
@@ -120,12 +128,23 @@ fn frustum_face(inputs: &SamplingInputs, point: DVec3, depth: f64, nearest: f64)
     (crossings[0].0, (second - crossings[0].1) / (crossings[0].1 + depth))
 }
 
-/// Where a point of a layer's light space lies in it, in texels; `None` behind the light or the warp's line.
-fn place(fit: &Fit, side: f64, position: bool, ls: DVec3) -> Option<DVec2> {
+/// Where a rectilinear warp has a place, both from 0 to 1.
+fn warped(warp: Option<&[Vec<f32>; 2]>, at: DVec2) -> DVec2 {
+    let along = |ends: &[f32], at: f64| {
+        let cells = (ends.len() - 1) as f64;
+        let cell = (at * cells).floor().clamp(0.0, cells - 1.0);
+        let [low, high] = [0, 1].map(|i| f64::from(ends[cell as usize + i]));
+        low + (high - low) * (at * cells - cell)
+    };
+    warp.map_or(at, |[u, v]| DVec2::new(along(u, at.x), along(v, at.y)))
+}
+
+/// Where a point of a layer's light space lies in it, from 0 to 1; `None` behind the light or the warp's line.
+fn place(fit: &Fit, position: bool, ls: DVec3) -> Option<DVec2> {
     let w = if position { ls.z } else { 1.0 };
     let row = |row: [f32; 4]| (dvec(row) * DVec3::new(ls.x / w, ls.y / w, 1.0)).element_sum();
     let q = row(fit.row_w);
     let logarithm = f64::from(fit.texel[2]);
     let v = if logarithm == 0.0 { row(fit.row_v) / q } else { logarithm * q.log2() };
-    (w > 0.0 && q > 0.0).then(|| DVec2::new(row(fit.row_u) / q, v) * side)
+    (w > 0.0 && q > 0.0).then(|| DVec2::new(row(fit.row_u) / q, v))
 }

@@ -84,6 +84,8 @@ fn sampling_errors_are_the_twins() {
             &[
                 "uniform:resolution=512",
                 "lispsm:warp=always",
+                "rtw:resolution=512",
+                "rtw:resolution=512,fit=scene,normal=0",
                 "logpsm:warp=always",
                 "csm:resolution=256,blend=0.2",
                 faces,
