@@ -130,6 +130,7 @@ fn usage_errors() {
         ("render --out o --method fvsm:split=round", &["'round'", "rect or square"]),
         ("render --out o --method tiled:tiles=12", &["'12'", "8 or 16"]),
         ("render --out o --method lispsm:distance=near", &["'near'", "distance", "a number from 0.001"]),
+        ("render --out o --method plane_optimal:plane=0/1/0", &["'0/1/0'", "plane", "auto or NX/NY/NZ/D"]),
         ("render --out o --method tsm:focus=0.8", &["'0.8'", "focus", "0.79"]),
         ("render --out o --method asm:sampling=3", &["'3'", "sampling", "8 or 16"]),
         ("render --out o --method asm:memory_mib=1", &["16 tiles", "starts with 16", "at most half"]),

@@ -51,6 +51,8 @@ mod lights;
 mod logpsm;
 #[path = "gpu/maps.rs"]
 mod maps;
+#[path = "gpu/plane_optimal.rs"]
+mod plane_optimal;
 #[path = "gpu/request.rs"]
 mod request;
 #[path = "gpu/rtw.rs"]

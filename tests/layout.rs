@@ -8,11 +8,11 @@ use spirv::{assert_layout, check_layout, committed, files, path, read};
 use std::collections::BTreeSet;
 use std::mem::offset_of;
 use umbrage::gpu::structs::{
-    AnalyzePush, AsmCounts, AsmGpuCounts, AsmGpuPush, AsmPush, AtlasPush, Cell, ChoosePush, Counters, Edge, EdgeRun,
-    Face, Fit, ForwardCounts, ForwardSample, Frame, ImportancePush, ItemPush, LightRecord, MapLight, MeshBounds, Node,
-    Page, PreparePush, QvsmPush, Region, RequestPush, RetryPush, RtwPush, SamplingError, ShadeLight, ShadePush, Slices,
-    Slot, StalePush, TemporalJitter, TemporalPush, TileCounts, TilePage, Tracked, TreeMeasurePush, TreeRequestPush,
-    TreeState, TrianglePush, VirtualMap, WarpMeasure, WarpPush, WarpRecord,
+    AnalyzePush, AsmCounts, AsmGpuCounts, AsmGpuPush, AsmPush, AtlasPush, Cell, ChoosePush, Counters, DominantPlane,
+    Edge, EdgeRun, Face, Fit, ForwardCounts, ForwardSample, Frame, ImportancePush, ItemPush, LightRecord, MapLight,
+    MeshBounds, Node, Page, PreparePush, QvsmPush, Region, RequestPush, RetryPush, RtwPush, SamplingError, ShadeLight,
+    ShadePush, Slices, Slot, StalePush, TemporalJitter, TemporalPush, TileCounts, TilePage, Tracked, TreeMeasurePush,
+    TreeRequestPush, TreeState, TrianglePush, VirtualMap, WarpMeasure, WarpPush, WarpRecord,
 };
 use umbrage::scene::{Cluster, Instance, Material};
 
@@ -106,8 +106,10 @@ fn map_structs_are_those_of_the_shaders() {
     assert_layout::<MapLight>(&all, "MapLight", fields!(MapLight, faces eye depth rule));
     let counts = fields!(TileCounts, groups items opaque masked dropped);
     assert_layout::<TileCounts>(&all, "TileCounts", counts);
-    let warp = fields!(WarpRecord, bounds slopes depths costs middle line distance extent warped through_eye axis sine pad fit);
+    let warp = fields!(WarpRecord, bounds slopes depths costs middle line distance extent warped through_eye axis sine moved fit);
     assert_layout::<WarpRecord>(&all, "Warp", warp);
+    let plane = fields!(DominantPlane, plane forward sums bin count pad);
+    assert_layout::<DominantPlane>(&all, "DominantPlane", plane);
     let measure = committed("methods/warp_measure.comp");
     assert_layout::<WarpMeasure>(&measure, "Push", fields!(WarpMeasure, step resolution));
     let push = fields!(WarpPush, step resolution border parameter always);

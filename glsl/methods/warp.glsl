@@ -13,7 +13,7 @@ struct Warp {
     uint through_eye; // whether depths grow along the axis from 0 at the eye, as on a side of the view frustum; `bounds` then hold across / along
     vec2 axis;        // unit vector across the light: the view direction as the light sees it, or the way in which depths grow on a side
     float sine;       // of the angle between view and light, 1 for a side; 0: no axis
-    float pad;
+    uint moved;       // whether the line of the rule met the samples and was moved before them
     Fit fit;
 };
 

@@ -22,6 +22,7 @@ const uint RULE_PSM = 1u;     // the line passes through the eye
 const uint RULE_TSM = 2u;     // the nearest `parameter` of the samples' extent gets four fifths of the map (Martin, Tan 2004)
 const uint RULE_GIVEN = 3u;   // `parameter`, world units
 const uint RULE_DEPTH = 4u;   // where depth from the eye falls to 0, if it grows evenly over the samples' extent
+const uint RULE_PLANE = 5u;   // line and middle are there: plane_line.comp
 
 Warp warp;  // of the layer
 
@@ -43,13 +44,18 @@ void choose_line() {
     } else if (RULE == RULE_DEPTH) {
         distance = extent * near / max(uintBitsToFloat(warp.depths[1]) - near, 1e-6 * near);
         middle = 0.0;
+    } else if (RULE == RULE_PLANE) {
+        distance = low.y - warp.line;
+        middle = warp.middle;
     }
     if (LOGARITHM == 1u) {
         // a line farther away changes texels by less than an eighth, and rounding would take the rest
         distance = min(distance, 8.0 * extent);
     }
     // no closer: nothing may lie on the line
-    warp.distance = max(distance, 1e-3 * extent);
+    float least = 1e-3 * extent;
+    warp.moved = distance < least ? 1u : 0u;
+    warp.distance = max(distance, least);
     warp.line = low.y - warp.distance;
     // a side widens from the eye: on the line where its middle comes from
     warp.middle = warp.through_eye == 1u ? warp.line * middle : middle;

@@ -413,8 +413,21 @@ pub struct WarpRecord {
     pub through_eye: u32,
     pub axis: [f32; 2],
     pub sine: f32,
-    pub pad: f32,
+    pub moved: u32,
     pub fit: Fit,
+}
+
+/// The plane that a warp is optimal for; see `glsl/methods/plane.glsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)]
+pub struct DominantPlane {
+    pub plane: [f32; 4],
+    pub forward: [f32; 4],
+    pub sums: [u32; 8],
+    pub bin: u32,
+    pub count: u32,
+    pub pad: [u32; 2],
 }
 
 /// Push constants of `methods/warp_measure.comp`.

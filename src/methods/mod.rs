@@ -37,6 +37,8 @@ mod map_cover;
 mod map_fit;
 mod map_light;
 mod map_sampling;
+mod plane;
+mod plane_optimal;
 mod polygon_ids;
 mod psm;
 pub(crate) mod quadtree;
@@ -248,6 +250,7 @@ pub static METHODS: &[MethodInfo] = &[
     tsm::INFO,
     psm::INFO,
     logpsm::INFO,
+    plane_optimal::INFO,
     rtw::INFO,
     asm::INFO,
     asm_gpu::INFO,

@@ -117,7 +117,8 @@ impl MethodSpec {
         Ok(())
     }
 
-    fn refuse(&self, key: &str, value: &str, allowed: impl Display) -> LabError {
+    /// A value that is not allowed.
+    pub(crate) fn refuse(&self, key: &str, value: &str, allowed: impl Display) -> LabError {
         LabError::Usage(format!("key '{key}' of method '{}' is '{value}', allowed is {allowed}", self.name))
     }
 

@@ -4,7 +4,8 @@
 
 use super::comparison::Comparison;
 use super::map::{self, Map, Screen, Shape, Step, Warped};
-use super::warp_passes::{self, Passes, Rule};
+use super::plane::{Plane, Planes};
+use super::warp_passes::{self, Axis, Passes, Rule};
 use super::{FrameTimes, Method, MethodSpec, Parameter, Statistics, bent};
 use crate::gpu::{Timer, spirv};
 use crate::lab::{Lab, LabError};
@@ -24,6 +25,7 @@ pub(super) struct Settings {
     rule: Rule,
     always: bool,
     logarithm: bool,
+    plane: Option<Plane>,
     comparison: Comparison,
 }
 
@@ -34,6 +36,7 @@ pub(super) fn settings(spec: &MethodSpec, rule: Rule) -> Result<Settings, LabErr
         rule,
         always: spec.one_of(WARP.key, WARP.default, &["auto", "always"])? == "always",
         logarithm: false,
+        plane: None,
         comparison: Comparison::of(spec)?,
     })
 }
@@ -45,28 +48,35 @@ pub(super) fn logarithmic(spec: &MethodSpec, rule: Rule) -> Result<Settings, Lab
     Ok(Settings { logarithm: true, ..settings })
 }
 
+/// The same with the line of a plane.
+pub(super) fn of_plane(spec: &MethodSpec, plane: Plane) -> Result<Settings, LabError> {
+    Ok(Settings { plane: Some(plane), ..settings(spec, Rule::Plane)? })
+}
+
 pub(super) struct Warp {
     name: &'static str,
     settings: Settings,
     screen: Screen,
     map: [Map; 1],
     passes: Passes,
+    planes: Option<Planes>,
 }
 
 impl Warp {
     pub(super) fn new(name: &'static str, spec: &MethodSpec, lab: &Lab, settings: Settings) -> Result<Self, LabError> {
         super::one_directional(spec, lab)?;
         let screen = Screen::comparing(lab, &settings.comparison)?;
-        let Settings { resolution: side, rule, always, logarithm, comparison } = settings;
+        let Settings { resolution: side, rule, always, logarithm, plane, comparison } = settings;
         let shape = Shape { side, layers: 1, tiled: false, blend: 0.0, comparison };
         let mut map = Map::new(spec, lab, &screen, &lab.view().lights[0], shape)?;
         let passes = Passes::new(lab, &screen, &map, (rule, always, logarithm))?;
+        let planes = plane.map(|plane| Planes::new(lab, (&screen, &map), &passes, plane)).transpose()?;
         if logarithm {
             let shaders = [spirv!("methods/logpsm.vert"), spirv!("methods/logpsm.frag")];
             let draws = bent::draws((lab, &map, "logpsm"), shaders, &[], 0)?;
             map.set_warped(Warped { draws, fetches: true, lookup: None });
         }
-        Ok(Self { name, settings, screen, map: [map], passes })
+        Ok(Self { name, settings, screen, map: [map], passes, planes })
     }
 }
 
@@ -77,9 +87,18 @@ impl Method for Warp {
         let camera = lab.camera_constants()?;
         let [map] = &self.map;
         let steps = |step, cmd, _: &mut Timer| match step {
-            Step::Reset => self.passes.reset(cmd, &[axis]),
+            Step::Reset => match &self.planes {
+                Some(planes) => {
+                    planes.reset(lab, cmd);
+                    self.passes.reset(cmd, &[Axis::NONE]);
+                }
+                None => self.passes.reset(cmd, &[axis]),
+            },
             Step::Slice | Step::Warp => {}
-            Step::Fitted => self.passes.record(cmd, &self.screen, map),
+            Step::Fitted => {
+                self.planes.iter().for_each(|planes| planes.record(cmd, &self.screen));
+                self.passes.record(cmd, &self.screen, map);
+            }
         };
         lab.frame(|cmd, timer| map::record((lab, &camera), (cmd, timer), &self.screen, &self.map, &given, steps))
     }
@@ -87,12 +106,17 @@ impl Method for Warp {
     of_maps!(self, self.name, &self.screen, &self.map);
 
     fn memory(&self) -> Vec<(&'static str, u64)> {
-        map::memory(&self.screen, &self.map)
+        let planes = self.planes.iter().map(|planes| ("planes", planes.bytes()));
+        map::memory(&self.screen, &self.map).into_iter().chain(planes).collect()
     }
 
     fn statistics(&mut self, lab: &Lab) -> Result<Statistics, LabError> {
         let mut statistics = map::statistics(lab, &self.map)?;
         statistics.counters.push(("warped", self.passes.warped(lab)?));
+        if let Some(planes) = &self.planes {
+            statistics.counters.push(("line_moved", self.passes.moved(lab)?));
+            statistics.counters.extend(planes.samples(lab)?.map(|samples| ("plane_samples", samples)));
+        }
         Ok(statistics)
     }
 }

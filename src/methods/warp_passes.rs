@@ -23,6 +23,8 @@ pub(super) enum Rule {
     Focus(f32),
     /// This far before the nearest sample, in world units.
     Distance(f32),
+    /// As [`super::plane::Plane`] has it.
+    Plane,
     /// Where the depth from the eye would be 0, if it grew evenly from the nearest sample to the farthest over their extent.
     Depth,
 }
@@ -35,6 +37,7 @@ impl Rule {
             Rule::Focus(share) => (2, share),
             Rule::Distance(distance) => (3, distance),
             Rule::Depth => (4, 0.0),
+            Rule::Plane => (5, 0.0),
         }
     }
 }
@@ -146,9 +149,23 @@ impl Passes {
         }
     }
 
+    /// The warps of the last frame, one for each layer.
+    pub(super) fn records(&self) -> &Buffer {
+        &self.records
+    }
+
     /// Layers that the last frame warped.
     pub(super) fn warped(&self, lab: &Lab) -> Result<u64, LabError> {
+        self.count(lab, |record| record.warped)
+    }
+
+    /// Layers in which the last frame moved the line of the rule, as it met the samples.
+    pub(super) fn moved(&self, lab: &Lab) -> Result<u64, LabError> {
+        self.count(lab, |record| record.moved)
+    }
+
+    fn count(&self, lab: &Lab, which: impl Fn(&WarpRecord) -> u32) -> Result<u64, LabError> {
         let records: Vec<WarpRecord> = bytemuck::pod_collect_to_vec(&lab.read_buffer(&self.records)?);
-        Ok(records.iter().map(|record| u64::from(record.warped)).sum())
+        Ok(records.iter().map(|record| u64::from(which(record))).sum())
     }
 }

@@ -61,6 +61,8 @@ fn directional_maps_match_the_reference() {
             "tsm:resolution=2048,warp=always",
             "psm:resolution=2048",
             "logpsm:resolution=2048",
+            "plane_optimal:resolution=2048",
+            "plane_optimal:resolution=2048,warp=always,plane=0/1/0/0",
             "logpsm:resolution=2048,line=eye",
             "logpsm:resolution=2048,warp=always,line=even",
             "silhouette:resolution=2048",
@@ -207,7 +209,8 @@ fn warps_err_less_on_a_long_scene() {
     let reference = lab.reference(0, &|_| {}).unwrap();
     let mismatch = |visibility: &[f32]| compare(visibility, &reference).unwrap().mismatch;
     let uniform = mismatch(&draw(&lab, "uniform:resolution=512").0);
-    for spec in ["lispsm:resolution=512", "tsm:resolution=512", "psm:resolution=512", "logpsm:resolution=512"] {
+    for name in ["lispsm", "tsm", "psm", "logpsm", "plane_optimal"] {
+        let spec = &format!("{name}:resolution=512");
         let (serves, visibility) = warped(&lab, spec);
         let own = mismatch(&visibility);
         println!("{spec}: {own} %, uniform {uniform} %");
@@ -351,6 +354,7 @@ fn every_sample_lies_in_the_map_of_its_layer() {
                 "lispsm:resolution=512,warp=always",
                 "tsm:resolution=512,warp=always",
                 "psm:resolution=512,warp=always",
+                "plane_optimal:resolution=512,warp=always",
                 "logpsm:resolution=512,warp=always",
                 "logpsm:resolution=64,warp=always,filter=pcf",
                 "asm",
@@ -446,6 +450,7 @@ fn unserved_lights_are_refused() {
         (&point, "tiled", "directional"),
         (&point, "psm", "directional"),
         (&point, "logpsm", "directional"),
+        (&point, "plane_optimal", "directional"),
         (&cone, "asm", "directional"),
         (&point, "asm_gpu", "directional"),
         (&cone, "temporal", "directional"),
@@ -477,6 +482,7 @@ fn another_kind_of_light_is_refused_later() {
         "csm:resolution=64",
         "lispsm:resolution=64",
         "logpsm:resolution=64",
+        "plane_optimal:resolution=64",
         "temporal:resolution=64",
         "hybrid:resolution=64",
         "silhouette:resolution=64",

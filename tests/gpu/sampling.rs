@@ -87,6 +87,7 @@ fn sampling_errors_are_the_twins() {
                 "rtw:resolution=512",
                 "rtw:resolution=512,fit=scene,normal=0",
                 "logpsm:warp=always",
+                "plane_optimal:warp=always",
                 "csm:resolution=256,blend=0.2",
                 faces,
             ][..],

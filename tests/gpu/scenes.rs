@@ -272,6 +272,33 @@ pub fn canopy(size: [u32; 2], n: u32) -> (Scene, View) {
     (b.finish(), view([0.3, 1.7, 17.0], [-0.4, 0.9, 10.0], [0.3, -1.0, -0.2], size))
 }
 
+/// A floor askew with blocks on it, from a seed; unit normal and offset of the floor's plane, world space.
+pub fn tilted_floor(size: [u32; 2], seed: u64) -> (Scene, View, DVec3, f64) {
+    let mut lcg = Lcg(seed);
+    let mut b = Builder::new("tilted floor");
+    let [rise, fall] = [(); 2].map(|()| lcg.between(-0.4, 0.4));
+    let height = |x: f64, z: f64| 0.7 + rise * x + fall * z;
+    b.add(
+        OPAQUE,
+        &sheet(12, |u, v| {
+            let (x, z) = (16.0 * u - 8.0, 16.0 * v - 8.0);
+            DVec3::new(x, height(x, z), z)
+        }),
+    );
+    for _ in 0..12 {
+        let (x, z) = (lcg.between(-3.0, 3.0), lcg.between(-4.0, 3.0));
+        let low = DVec3::new(x, height(x, z) - 1.0, z);
+        b.add(
+            OPAQUE,
+            &block(low, low + DVec3::new(lcg.between(0.3, 1.0), lcg.between(1.2, 2.2), lcg.between(0.3, 1.0))),
+        );
+    }
+    let eye = DVec3::new(1.0, height(1.0, 7.0) + 2.5, 7.0);
+    let view = view(eye.to_array(), [0.0, height(0.0, 0.0), 0.0], [0.3, -1.0, -0.4], size);
+    let normal = DVec3::new(-rise, 1.0, -fall).normalize();
+    (b.finish(), view, normal, 0.7 * normal.y)
+}
+
 /// Small plates over 90 m of flat ground under light from above, seen from eye height.
 pub fn plates(size: [u32; 2]) -> (Scene, View) {
     let mut b = Builder::new("plates");
