@@ -1,5 +1,5 @@
 // Debugging: the sampling error of each pixel in the layer of a fitted map that holds it. An includer whose texels are not those of the
-// fit defines RESIZED and texels_of().
+// fit defines RESIZED, texels_of() and part_of().
 #include "shared/frame.glsl"
 #include "shared/receiver.glsl"
 #include "shared/sampling.glsl"
@@ -17,8 +17,12 @@ layout(push_constant) uniform Push { float side; };
 // How many texels along u and along v stand in place of one of the fit, at a place of the map.
 vec2 texels_of(vec2 uv);
 
+// The part of the map that a place of a layer is in.
+uint part_of(uint layer, vec2 uv);
+
 #ifndef RESIZED
 vec2 texels_of(vec2 uv) { return vec2(1.0); }
+uint part_of(uint layer, vec2 uv) { return layer; }
 #endif
 
 // Sides of a texel on a plane through a point of a layer's light space. `change`: of texels per change of t.
@@ -59,7 +63,7 @@ void main() {
             mat2 change = mat2(texels.x, 0.0, 0.0, texels.y) * fit_change(fit, uv, side / q);
             vec2 whole = sides(face, change, t.xy, w, plane_steps(frame, ray, depth, s.normal));
             vec2 perspective = sides(face, change, t.xy, w, plane_steps(frame, ray, depth, even_normal(ray, to_light)));
-            error = SamplingError(whole.x, whole.y, perspective.x, perspective.y, s.layer);
+            error = SamplingError(whole.x, whole.y, perspective.x, perspective.y, part_of(s.layer, uv));
         }
     }
     errors[pixel.y * frame.size.x + pixel.x] = error;

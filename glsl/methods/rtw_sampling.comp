@@ -8,4 +8,5 @@
 #define WARP_BINDING 8
 #include "methods/rtw.glsl"
 
+uint part_of(uint layer, vec2 uv) { return layer; }
 vec2 texels_of(vec2 uv) { return vec2(growth(0u, uv.x), growth(1u, uv.y)); }

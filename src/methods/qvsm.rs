@@ -3,6 +3,8 @@
 
 use super::comparison::Comparison;
 use super::map;
+use super::map_sampling::sampling_by;
+use super::sampling::Sampling;
 use super::tree::{Rule, TreeFrame, TreeMap, TreeShape, tile};
 use super::{FrameTimes, LevelStatistics, Masks, Method, MethodInfo, MethodSpec, Parameter, Statistics};
 use crate::gpu::structs::{QvsmPush, TreeMeasurePush};
@@ -155,6 +157,16 @@ impl Method for Qvsm {
 
     fn visibility(&mut self, lab: &Lab, light: usize) -> Result<Vec<f32>, LabError> {
         super::of_light(&self.tiles.map, INFO.name, light)?.visibility(lab)
+    }
+
+    fn sampling(&mut self, lab: &Lab, light: usize) -> Result<Option<Sampling>, LabError> {
+        let map = super::of_light(&self.tiles.map, INFO.name, light)?;
+        let share = 1.0 - 2.0 * map.shape().border() as f32 / map.shape().side as f32;
+        let shader = (spirv!("methods/qvsm_sampling.comp"), &self.tiles.layers()?.root, false);
+        let kept = [Binding::Storage(&self.kept)];
+        let sampling = sampling_by(lab, (&self.tiles.screen, map), shader, &kept, &[share.to_bits()])?;
+        // the fit is the root's: the twin knows no rounds
+        Ok(Some(Sampling { inputs: None, ..sampling }))
     }
 
     fn masks(&self) -> Option<Masks<'_>> {

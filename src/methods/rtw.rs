@@ -416,7 +416,8 @@ impl Method for Rtw {
     fn sampling(&mut self, lab: &Lab, light: usize) -> Result<Option<Sampling>, LabError> {
         let map = super::of_light(&self.map, INFO.name, light)?;
         let (words, warp) = (spirv!("methods/rtw_sampling.comp"), [Binding::Storage(&self.maps.warp)]);
-        let mut sampling = sampling_by(lab, (&self.screen, map), words, &warp, &[self.settings.cells])?;
+        let shader = (words, map.fits(), false);
+        let mut sampling = sampling_by(lab, (&self.screen, map), shader, &warp, &[self.settings.cells])?;
         if let Some(inputs) = &mut sampling.inputs {
             inputs.warp = Some(self.maps.warp(lab)?);
         }

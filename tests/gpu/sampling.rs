@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3};
 use umbrage::Light;
 use umbrage::gpu::structs::SamplingError;
 use umbrage::lab::stages::prepass;
+use umbrage::lab::stages_tree::qvsm;
 use umbrage::lab::{Lab, View};
 use umbrage::methods::{MethodSpec, Sampling, create};
 use umbrage::twin::receiver::linear_depth;
@@ -102,6 +103,30 @@ fn sampling_errors_are_the_twins() {
             is_the_twins(&lab, spec).unwrap_or_else(|why| panic!("{why}"));
         }
     }
+}
+
+/// A pixel of `qvsm` has the texels of the round that it kept: those of one map as fine, halved from round to round.
+#[test]
+fn texels_of_levels_halve() {
+    let (scene, view) = scenes::sphere_on_plane(SIZE);
+    let lab = Bench::new(scene, view);
+    let spec = "qvsm:tile=128,tiles=64,levels=3,threshold=0";
+    let (_, served) = qvsm(&lab, spec).unwrap();
+    let (tiles, one) = (sampling(&lab, spec), sampling(&lab, "uniform:resolution=128"));
+    let mut seen = [0; 4];
+    for (i, (tile, one)) in tiles.errors.iter().zip(&one.errors).enumerate() {
+        if tile.part == SamplingError::NO_PART || one.part == SamplingError::NO_PART {
+            continue;
+        }
+        seen[served[i] as usize] += 1;
+        assert_eq!(tile.part >> 16, served[i], "pixel {i}");
+        // borders: of each tile, and of the root in the fit
+        let want = one.s / (1u32 << served[i]) as f32;
+        assert!((tile.s / want - 1.0).abs() < 0.05, "pixel {i}, round {}: {} for {want}", served[i], tile.s);
+        let projection = (tile.s / tile.perspective_s) / (one.s / one.perspective_s);
+        assert!((projection - 1.0).abs() < 1e-3, "pixel {i}: {projection}");
+    }
+    assert!(seen[1] + seen[2] > 500 && seen[3] > 500, "{seen:?}");
 }
 
 /// Sides of a texel of flat ground at y = 0 in a pixel, and on the plane that light and view meet at equal angles: the texel's
