@@ -72,13 +72,11 @@ impl Planes {
     pub(super) fn reset(&self, lab: &Lab, cmd: vk::CommandBuffer) {
         let camera = &lab.view().camera;
         let word = |v: DVec3, w: f64| v.extend(w).as_vec4().to_array();
-        let scene = lab.scene_buffers();
-        let length = (0..3).map(|i| (scene.bounds_max[i] - scene.bounds_min[i]).powi(2)).sum::<f64>().sqrt();
         let plane = match self.plane {
             Plane::Dominant => [0.0; 4],
             Plane::Given(normal, offset) => word(normal, offset - normal.dot(camera.eye)),
         };
-        let forward = word(-camera.view_from_world().row(2), length.max(1e-30));
+        let forward = word(-camera.view_from_world().row(2), lab.scene().diagonal().max(1e-30));
         let record = DominantPlane { plane, forward, ..DominantPlane::zeroed() };
         // SAFETY: the command buffer is recording, the data is smaller than 64 KiB; the map's own commands wait for the last
         // frame and for this
